@@ -1,0 +1,131 @@
+"""A campaign's finished cases gathered from its runs folder, and report/results.json."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mill_analysis import comparison, paper
+from mill_analysis.checks import campaign_checks
+from mill_analysis.run_folder import (
+    SCHEMA,
+    FinishedCase,
+    RunFolderError,
+    case_folders,
+    load_finished,
+    missing_products,
+    read_json,
+)
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a runs folder holds.
+
+    Attributes:
+        about: content of campaign.json.
+        single: finished single-ball cases, in the order of their rows.
+        charges: finished multi-ball cases.
+        missing: why a case is not among them, by its id.
+    """
+
+    runs: Path
+    about: dict[str, Any]
+    single: list[FinishedCase]
+    charges: list[FinishedCase]
+    missing: dict[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """A row for each single-ball case."""
+        return comparison.single_ball_rows(self.single)
+
+    @cached_property
+    def fits(self) -> list[Row]:
+        """A row for each scheme and policy."""
+        return comparison.regressions(self.rows)
+
+    @cached_property
+    def charge_rows(self) -> list[Row]:
+        """A row for each multi-ball case."""
+        return [_charge_row(case) for case in self.charges]
+
+    @cached_property
+    def checks(self) -> dict[str, Row]:
+        return campaign_checks(self.rows, self.fits, self.charges, self.missing)
+
+    @property
+    def name(self) -> str:
+        return str(self.about.get("name") or self.runs.resolve().name)
+
+    def results(self) -> dict[str, Any]:
+        """Content of report/results.json."""
+        windows = comparison.common_windows(self.single)
+        return {
+            "schema": SCHEMA,
+            "campaign": self.name,
+            "single_ball": self.rows,
+            "regressions": self.fits,
+            "energy_windows": {
+                scheme: {"window_rad": window.length, "limited_by": window.limited_by}
+                for scheme, window in windows.items()
+            },
+            "multi_ball": self.charge_rows,
+            "checks": self.checks,
+            "missing": self.missing,
+        }
+
+
+def load_campaign(runs: Path) -> Campaign:
+    """Gather the finished cases of a runs folder.
+
+    Raises:
+        RunFolderError: it holds no campaign.
+    """
+    finished, missing = [], {}
+    for folder in case_folders(runs):
+        absent = missing_products(folder)
+        if absent:
+            missing[folder.name] = f"no {', '.join(absent)} yet"
+            continue
+        try:
+            finished.append(load_finished(folder))
+        except RunFolderError as error:
+            missing[folder.name] = f"{error.path.name}: {error.cause}; {error.remedy}"
+    about = read_json(runs / "campaign.json", "millscale generate FILE --runs DIR")
+    finished.sort(key=comparison.place)
+    single = [case for case in finished if case.case["kind"] == "single-ball"]
+    charges = [case for case in finished if case.case["kind"] == "multi-ball"]
+    return Campaign(Path(runs), about, single, charges, missing)
+
+
+def settling_time(case: FinishedCase) -> float | None:
+    """Wall time of the settling stage [s], None if it left no record."""
+    try:
+        return json.loads((case.folder / "settled.json").read_text())["wall_time_s"]
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def _charge_row(case: FinishedCase) -> Row:
+    document, result, timing = case.case, case.result, case.timing
+    model = paper.scheme_row(paper.table("table4_geometry"), document["S"])
+    reported = {row["model"]: row["elapsed_h"] for row in paper.table("table10_wall_time")}
+    return {
+        **{key: document[key] for key in ("id", "scheme", "policy", "S", "seed")},
+        "balls": document["ball"]["count"],
+        "ranks": timing["ranks"],
+        "wall_time_s": timing["wall_time_s"],
+        "settle_wall_time_s": settling_time(case),
+        "particle_steps_per_s_core": timing["particle_steps_per_s_core"],
+        "paper_wall_time_h": reported[model["model"]] if model else None,
+        **{key: result[key] for key in ("problem", "mean_from_rad", "mean_to_rad")},
+        **result["mean"],
+        "dimensionless": result["dimensionless"],
+        "largest_overlap_over_radius": result["largest_overlap_over_radius"],
+    }

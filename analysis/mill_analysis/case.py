@@ -1,0 +1,68 @@
+"""Analysis of one case: python -m mill_analysis.case FOLDER writes FOLDER/result.json."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from mill_analysis.charge import charge_result
+from mill_analysis.run_folder import (
+    CASE,
+    RESULT,
+    SCHEMA,
+    SERIES,
+    RunFolderError,
+    load_case,
+    write_json,
+)
+from mill_analysis.series import read_series
+from mill_analysis.single_ball import single_ball_result
+
+_RESULT_OF = {"single-ball": single_ball_result, "multi-ball": charge_result}
+
+
+def analyse_case(folder: Path) -> dict[str, Any]:
+    """Analyse a case folder from its case.json and series.csv, and write its result.json.
+
+    Returns:
+        The content of result.json.
+
+    Raises:
+        RunFolderError: a file is missing, cut short or not understood.
+    """
+    folder = Path(folder)
+    case = load_case(folder)
+    kind = case.get("kind")
+    if kind not in _RESULT_OF:
+        raise RunFolderError(
+            folder / CASE,
+            f"kind is {kind!r}, accepted {', '.join(_RESULT_OF)}",
+            "make it again with: millscale generate FILE --runs DIR",
+        )
+    series = read_series(folder / SERIES, kind)
+    identity = {key: case[key] for key in ("id", "kind", "scheme", "policy", "S")}
+    result = {"schema": SCHEMA, **identity, **_RESULT_OF[kind](case, series)}
+    write_json(folder / RESULT, result)
+    return result
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m mill_analysis.case", description=__doc__)
+    parser.add_argument("folder", type=Path, help="case folder, with case.json and series.csv")
+    folder = parser.parse_args(arguments).folder
+    try:
+        result = analyse_case(folder)
+    except RunFolderError as error:
+        print(error, file=sys.stderr)
+        return 1
+    if result["problem"]:
+        print(f"{folder}: {result['problem']}", file=sys.stderr)
+    print(folder / RESULT)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""Figures of multi-ball cases: time series against mill angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from mill_analysis.charge import charge_scales
+from mill_analysis.figures import STYLE
+from mill_analysis.run_folder import SERIES, FinishedCase
+from mill_analysis.series import read_series
+
+_PANELS = (
+    ("kinetic energy", "kinetic_translation_J", "energy", "J", 1.0),
+    ("potential energy", "potential_J", "energy", "J", 1.0),
+    ("drive torque", "torque_Nm", "torque", "N m", -1.0),
+    ("drive power", "power_W", "power", "W", 1.0),
+    ("centre of mass x", "centre_x_m", "length", "m", 1.0),
+    ("centre of mass z", "centre_z_m", "length", "m", 1.0),
+)
+_SCALE_NAMES = {"energy": "M ω²R²", "torque": "M g R", "power": "M g R ω", "length": "R"}
+_COLOURS = ("#1f6fb4", "#d1711b", "#2a8c4a", "#8a4fa3", "#b0413e", "#5a6b7b")
+
+
+def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
+    """Energies, torque and power of the drive, centre of mass against mill angle.
+
+    Args:
+        dimensionless: divide by `charge.charge_scales`, so that similar mills coincide.
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 7.4), layout="constrained")
+        panels = figure.subplots(3, 2, sharex=True)
+        for case, colour in zip(cases, _COLOURS * len(cases), strict=False):
+            series = read_series(case.folder / SERIES, "multi-ball")
+            scales = charge_scales(case.case)
+            for axes, (_, column, scale, _, sign) in zip(panels.flat, _PANELS, strict=True):
+                values = sign * series[column] / (scales[scale] if dimensionless else 1.0)
+                axes.plot(series["mill_angle_rad"], values, color=colour, lw=1.0, label=case.id)
+        for axes, (name, _, scale, unit, _) in zip(panels.flat, _PANELS, strict=True):
+            divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
+            axes.set_ylabel(f"{name} {divisor}")
+        for axes in panels[-1]:
+            axes.set_xlabel("mill rotation angle [rad]")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure
+
+
+def charge_states(case: FinishedCase) -> Figure:
+    """Share of the balls on the wall, in the bed and in flight against mill angle."""
+    series = read_series(case.folder / SERIES, "multi-ball")
+    with rc_context(STYLE):
+        figure = Figure(figsize=(5.6, 2.6), layout="constrained")
+        axes = figure.add_subplot()
+        for name, colour in zip(("wall", "bed", "flight"), _COLOURS, strict=False):
+            preposition = "on" if name == "wall" else "in"
+            share = 100.0 * series[f"balls_{preposition}_{name}"] / series["balls"]
+            axes.plot(series["mill_angle_rad"], share, color=colour, label=f"{preposition} {name}")
+        axes.set(xlabel="mill rotation angle [rad]", ylabel="balls [%]", ylim=(0, None))
+        axes.legend(ncols=3)
+    return figure

@@ -1,0 +1,194 @@
+"""The report of a campaign: report/index.html (self-contained), results.json and the images."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from mill_analysis import comparison, paper, report_figures
+from mill_analysis.campaign import Campaign, load_campaign
+from mill_analysis.run_folder import RunFolderError, write_json
+
+PAGE = Path(__file__).parent / "page"
+REPORT, INDEX, RESULTS = "report", "index.html", "results.json"
+
+
+def build_report(runs: Path) -> Path:
+    """Write the report of a runs folder from its finished cases; returns its index.html.
+
+    Cases that are not finished are named in it. An earlier report is replaced only when the new
+    one is complete.
+
+    Raises:
+        RunFolderError: the folder holds no campaign, or no case is finished.
+    """
+    campaign = load_campaign(Path(runs))
+    if not campaign.single and not campaign.charges:
+        raise RunFolderError(
+            Path(runs),
+            f"none of its {len(campaign.missing)} cases is finished",
+            f"run them with: millscale run FILE --runs {runs}",
+        )
+    part = campaign.runs / f"{REPORT}.part"
+    shutil.rmtree(part, ignore_errors=True)
+    part.mkdir()
+    write_json(part / RESULTS, campaign.results())
+    (part / INDEX).write_text(_page(campaign, part))
+    folder = campaign.runs / REPORT
+    shutil.rmtree(folder, ignore_errors=True)
+    part.rename(folder)
+    return folder / INDEX
+
+
+def _page(campaign: Campaign, folder: Path) -> str:
+    environment = Environment(
+        loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    environment.filters |= {"number": number, "percent": percent, "duration": duration}
+    return environment.get_template("report.html.j2").render(
+        campaign=campaign,
+        cases=campaign.single + campaign.charges,
+        hardware=_hardware(campaign),
+        geometry=_geometry(campaign),
+        angles=_angles(campaign),
+        energies=_energies(campaign),
+        windows=comparison.common_windows(campaign.single),
+        words=report_figures.words,
+        policies=report_figures.policy_figures(campaign, folder),
+        ratios=report_figures.ratio_figures(campaign, folder),
+        charge_overview=report_figures.charge_overview(campaign, folder),
+        charges=[report_figures.charge_images(case, folder) for case in campaign.charges],
+        model=_model(campaign),
+    )
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number with fixed decimals; a dash for none."""
+    return "–" if value is None else f"{value:.{digits}f}"
+
+
+def percent(value: float | None, digits: int = 2) -> str:
+    """A share as a signed percentage; a dash for none."""
+    return "–" if value is None else f"{100.0 * value:+.{digits}f} %"
+
+
+def duration(seconds: float | None) -> str:
+    """Seconds for people."""
+    if seconds is None:
+        return "–"
+    if seconds < 120.0:
+        return f"{seconds:.1f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def _hardware(campaign: Campaign) -> list[str]:
+    """The machines the cases ran on, each once."""
+    found = [case.timing["hardware"] for case in campaign.single + campaign.charges]
+    return list(dict.fromkeys(f"{h['cpu']}, {h['available_cores']} cores" for h in found))
+
+
+def _geometry(campaign: Campaign) -> list[dict[str, Any]]:
+    """The mills of each scheme and policy, beside Tables 4, 6 and 7."""
+    operation = {
+        "constant-gravity": paper.table("table6_constant_gravity"),
+        "constant-speed": paper.table("table7_constant_speed"),
+    }
+    seen = {}
+    for case in campaign.single + campaign.charges:
+        document = case.case
+        scheme, S = document["scheme"], document["S"]
+        seen.setdefault(
+            (scheme, comparison.POLICIES.index(document["policy"]), S),
+            {
+                "scheme": scheme,
+                "policy": document["policy"],
+                "S": S,
+                "mill": document["mill"],
+                "liner": paper.scheme_row(paper.table("table4_geometry"), S),
+                "operation": paper.scheme_row(operation.get(scheme, ()), S),
+            },
+        )
+    return [seen[key] for key in sorted(seen)]
+
+
+def _angles(campaign: Campaign) -> list[dict[str, Any]]:
+    """Rows of the detach angles by scheme and policy, with what the paper read off."""
+    return [
+        {
+            "scheme": fit["scheme"],
+            "policy": fit["policy"],
+            "fit": fit,
+            "reported": paper.reported_throw(fit["scheme"]),
+            "rows": _of(campaign, fit["scheme"], fit["policy"]),
+        }
+        for fit in campaign.fits
+    ]
+
+
+def _energies(campaign: Campaign) -> list[dict[str, Any]]:
+    """Tables 8 and 9: for each scheme a line for each S, a cell for each policy."""
+    tables = []
+    for scheme, group in groupby(campaign.rows, key=lambda row: row["scheme"]):
+        rows = list(group)
+        policies = list(dict.fromkeys(row["policy"] for row in rows))
+        by_place = {(row["S"], row["policy"]): row for row in rows}
+        tables.append(
+            {
+                "scheme": scheme,
+                "policies": policies,
+                "reported": paper.reported_throw(scheme),
+                "paper_worst": max(
+                    (row.ratio / row.predicted - 1.0 for row in paper.reported_energies(scheme)),
+                    key=abs,
+                    default=None,
+                ),
+                "lines": [
+                    {
+                        "S": S,
+                        "predicted": next(r["predicted_ratio"] for r in rows if r["S"] == S),
+                        "paper": paper.reported_energy(scheme, S),
+                        "cells": [by_place.get((S, policy)) for policy in policies],
+                    }
+                    for S in sorted({row["S"] for row in rows})
+                ],
+                "fits": [fit for fit in campaign.fits if fit["scheme"] == scheme],
+            }
+        )
+    return tables
+
+
+def _model(campaign: Campaign) -> dict[str, list[dict[str, str]]]:
+    """What the cases model and leave out, each statement once."""
+    statements: dict[str, dict[str, dict[str, str]]] = {"in": {}, "out": {}}
+    for case in campaign.single + campaign.charges:
+        for side, known in statements.items():
+            for entry in case.case.get("model", {}).get(side, []):
+                known.setdefault(f"{entry['what']}: {entry['reason']}", entry)
+    return {side: list(known.values()) for side, known in statements.items()}
+
+
+def _of(campaign: Campaign, scheme: str, policy: str) -> list[dict[str, Any]]:
+    return [r for r in campaign.rows if (r["scheme"], r["policy"]) == (scheme, policy)]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m mill_analysis.report", description=__doc__)
+    parser.add_argument("runs", type=Path, help="folder made by millscale generate or run")
+    try:
+        print(build_report(parser.parse_args(arguments).runs))
+    except RunFolderError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,144 @@
+"""The images of a report: drawn into its folder, with captions."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from mill_analysis import charge_figures, comparison, figures
+from mill_analysis.campaign import Campaign
+from mill_analysis.run_folder import FinishedCase, RunFolderError
+from mill_analysis.snapshots import draw_pictures
+
+DPI = 170
+PICTURE_EVERY_RAD = 2.0
+MOST_PICTURES = 6
+
+
+@dataclass(frozen=True)
+class Image:
+    """A drawn image of the report."""
+
+    path: Path
+    caption: str
+
+    @property
+    def data(self) -> str:
+        """The file as a data URL, so that the page needs no other file."""
+        return "data:image/png;base64," + base64.b64encode(self.path.read_bytes()).decode()
+
+
+@dataclass(frozen=True)
+class PolicyFigures:
+    """Figs. 6 and 7 of one policy."""
+
+    policy: str
+    trajectories: list[Image]
+    energies: list[Image]
+
+
+@dataclass(frozen=True)
+class ChargeFigures:
+    """Figures of one multi-ball case; `problem` says why there are no pictures."""
+
+    id: str
+    pictures: list[Image]
+    series: list[Image]
+    problem: str
+
+
+def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
+    """Figs. 6 and 7 for each policy, both schemes."""
+    drawn: dict[str, PolicyFigures] = {}
+    for (scheme, policy), tracks in _tracks(campaign):
+        entry = drawn.setdefault(policy, PolicyFigures(policy, [], []))
+        name = f"{scheme}-{policy}"
+        for over, unit in ((False, "in metres"), (True, "over the mill radius R")):
+            entry.trajectories.append(
+                _save(
+                    figures.trajectories(tracks, over_radius=over),
+                    to / f"fig6-{name}{'-over-R' if over else ''}.png",
+                    f"{words(scheme)}, {unit}",
+                )
+            )
+        for over, unit in ((False, "[J]"), (True, "over the predicted ratio")):
+            entry.energies.append(
+                _save(
+                    figures.energy_curves(tracks, over_prediction=over),
+                    to / f"fig7-{name}{'-over-prediction' if over else ''}.png",
+                    f"{words(scheme)}, {unit}",
+                )
+            )
+    return [drawn[policy] for policy in comparison.POLICIES if policy in drawn]
+
+
+def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:
+    """Fig. 8 by scheme."""
+    return {
+        scheme: _save(
+            figures.energy_ratios(scheme, list(rows)),
+            to / f"fig8-{scheme}.png",
+            f"{words(scheme)}: energy ratio against its prediction",
+        )
+        for scheme, rows in groupby(campaign.rows, key=lambda row: row["scheme"])
+    }
+
+
+def charge_overview(campaign: Campaign, to: Path) -> Image | None:
+    """All multi-ball cases in one dimensionless figure."""
+    if not campaign.charges:
+        return None
+    figure = charge_figures.charge_series(campaign.charges, dimensionless=True)
+    return _save(figure, to / "charges.png", "all cases, dimensionless")
+
+
+def charge_images(case: FinishedCase, to: Path) -> ChargeFigures:
+    """Pictures (Figs. 9 and 10) and time series of one multi-ball case."""
+    series = [
+        _save(
+            charge_figures.charge_series([case], dimensionless=False),
+            to / f"{case.id}-series.png",
+            "energies, torque, power, centre of mass",
+        ),
+        _save(
+            charge_figures.charge_states(case), to / f"{case.id}-states.png", "where the balls are"
+        ),
+    ]
+    try:
+        drawn = draw_pictures(case.folder, _picture_angles(case), to)
+    except RunFolderError as error:
+        return ChargeFigures(case.id, [], series, str(error))
+    pictures = [Image(path, f"{angle:.2f} rad") for path, angle in drawn]
+    return ChargeFigures(case.id, pictures, series, "")
+
+
+def words(scheme: str) -> str:
+    """A scheme's name for a caption."""
+    return scheme.replace("-", " ")
+
+
+def _picture_angles(case: FinishedCase) -> list[float]:
+    """Mill angles 0, 2, 4, ... rad, further apart if there would be too many."""
+    end = case.result["rotation_angle_rad"]
+    step = PICTURE_EVERY_RAD * max(1, math.ceil(end / PICTURE_EVERY_RAD / (MOST_PICTURES - 1)))
+    angles = [step * i for i in range(MOST_PICTURES) if step * i <= end + 1e-6]
+    return angles if len(angles) > 1 else [0.0, end]
+
+
+def _tracks(campaign: Campaign) -> Iterator[tuple[tuple[str, str], list[figures.Track]]]:
+    def key(case: FinishedCase) -> tuple[str, str]:
+        return case.case["scheme"], case.case["policy"]
+
+    for group, cases in groupby(campaign.single, key=key):
+        yield group, [figures.Track(case) for case in cases]
+
+
+def _save(figure: Figure, path: Path, caption: str) -> Image:
+    figure.savefig(path, dpi=DPI)
+    return Image(path, caption)

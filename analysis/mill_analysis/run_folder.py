@@ -1,0 +1,119 @@
+"""The JSON files of a run folder: where cases are, reading with clear errors, atomic writing."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+CASE, TIMING, RESULT, SERIES, LINER = (
+    "case.json",
+    "timing.json",
+    "result.json",
+    "series.csv",
+    "liner.stl",
+)
+SCHEMA = 1
+
+
+class RunFolderError(ValueError):
+    """A product of a run that cannot be used: which file, what is wrong, what to do next."""
+
+    def __init__(self, path: Path, cause: str, remedy: str) -> None:
+        self.path, self.cause, self.remedy = Path(path), cause, remedy
+        super().__init__(f"{path}: {cause}; {remedy}")
+
+
+@dataclass(frozen=True)
+class FinishedCase:
+    """What a case folder holds once its analysis is done."""
+
+    folder: Path
+    case: dict[str, Any]
+    result: dict[str, Any]
+    timing: dict[str, Any]
+
+    @property
+    def id(self) -> str:
+        return self.case["id"]
+
+
+def read_json(path: Path, made_by: str) -> dict[str, Any]:
+    """Content of a JSON object with a known schema.
+
+    Args:
+        made_by: the command that makes the file, for the error message.
+
+    Raises:
+        RunFolderError: missing, cut short, not an object, or of another schema.
+    """
+    try:
+        content = json.loads(path.read_text())
+    except FileNotFoundError:
+        raise RunFolderError(path, "no such file", f"make it with: {made_by}") from None
+    except ValueError as error:
+        raise RunFolderError(
+            path, f"not valid JSON ({error}), cut short?", f"delete it, then: {made_by}"
+        ) from None
+    if not isinstance(content, dict):
+        raise RunFolderError(path, "not a JSON object", f"delete it, then: {made_by}")
+    if content.get("schema", SCHEMA) != SCHEMA:
+        raise RunFolderError(
+            path, f"schema {content['schema']}, accepted {SCHEMA}", f"delete it, then: {made_by}"
+        )
+    return content
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file; it appears complete or not at all. NaN is refused."""
+    part = path.with_name(f"{path.name}.part")
+    part.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+    part.replace(path)
+
+
+def load_case(folder: Path) -> dict[str, Any]:
+    """The case.json of a case folder."""
+    return read_json(folder / CASE, "millscale generate FILE --runs DIR")
+
+
+def load_timing(folder: Path) -> dict[str, Any]:
+    """The timing.json of a case folder."""
+    return read_json(folder / TIMING, _run(folder))
+
+
+def load_finished(folder: Path) -> FinishedCase:
+    """All JSON files of a finished case."""
+    return FinishedCase(
+        folder,
+        load_case(folder),
+        read_json(folder / RESULT, f"python -m mill_analysis.case {folder}"),
+        load_timing(folder),
+    )
+
+
+def case_folders(runs: Path) -> list[Path]:
+    """Folders of all generated cases, in the order of campaign.json.
+
+    Raises:
+        RunFolderError: no case there.
+    """
+    remedy = "give the folder made by: millscale generate FILE --runs DIR"
+    listed = read_json(runs / "campaign.json", "millscale generate FILE --runs DIR").get("cases")
+    if listed is None:
+        found = sorted(path.parent for path in runs.glob(f"cases/*/{CASE}"))
+    else:
+        ids = (entry if isinstance(entry, str) else entry["id"] for entry in listed)
+        found = [runs / "cases" / case_id for case_id in ids]
+    if not found:
+        raise RunFolderError(runs, "holds no cases", remedy)
+    return found
+
+
+def missing_products(folder: Path) -> list[str]:
+    """Products without which a case is not finished, in the order in which they are made."""
+    return [name for name in (CASE, SERIES, TIMING, RESULT) if not (folder / name).exists()]
+
+
+def _run(folder: Path) -> str:
+    return f"millscale run FILE --runs {folder.parent.parent} --only {folder.name}"

@@ -1,0 +1,98 @@
+"""Reading of series.csv: columns by name, checked for truncation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mill_analysis.run_folder import RunFolderError
+
+Series = dict[str, np.ndarray]
+
+_MOTION = ("step", "time_s", "mill_angle_rad")
+_ENERGY = ("kinetic_translation_J", "kinetic_rotation_J", "potential_J")
+_EVENTS = (
+    *("liner_off_count", "liner_off_angle_rad", "liner_off_mill_angle_rad", "liner_off_groove"),
+    *("flight_count", "flight_angle_rad", "flight_mill_angle_rad", "flight_lifter"),
+    *("flight_x_m", "flight_y_m", "flight_z_m"),
+    *("flight_vx_m_s", "flight_vy_m_s", "flight_vz_m_s", "time_in_flight_s"),
+)
+REQUIRED = {
+    "single-ball": (
+        *_MOTION,
+        *("x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s"),
+        *_ENERGY,
+        "state",
+        *_EVENTS,
+    ),
+    "multi-ball": (
+        *_MOTION,
+        "balls",
+        *_ENERGY,
+        *("centre_x_m", "centre_z_m", "torque_Nm", "power_W"),
+        *("balls_on_wall", "balls_in_bed", "balls_in_flight"),
+    ),
+}
+_REMEDY = "run the case again: millscale run FILE --runs DIR --only ID"
+
+
+def read_series(path: Path, kind: str) -> Series:
+    """Columns of a series.csv by name, each (n,) float.
+
+    Args:
+        kind: single-ball or multi-ball, as in case.json.
+
+    Raises:
+        RunFolderError: missing or cut short, a column missing, a value that is not finite, or
+            steps that do not increase.
+    """
+    try:
+        lines = path.read_text().splitlines()
+    except FileNotFoundError:
+        raise RunFolderError(path, "no such file", _REMEDY) from None
+    names = [name.strip() for name in lines[0].split(",")] if lines else []
+    missing = [name for name in REQUIRED[kind] if name not in names]
+    if missing:
+        raise RunFolderError(
+            path, f"no column {', '.join(missing)}; columns are {', '.join(names)}", _REMEDY
+        )
+    rows = _rows(path, lines[1:], len(names))
+    series = {name: rows[:, i] for i, name in enumerate(names)}
+    _check(path, series, kind)
+    return series
+
+
+def _rows(path: Path, lines: list[str], columns: int) -> np.ndarray:
+    """(n, columns) float."""
+    if len(lines) < 2:
+        raise RunFolderError(path, f"{len(lines)} rows, at least 2 are needed", _REMEDY)
+    for number, line in enumerate(lines, start=2):
+        if line.count(",") != columns - 1:
+            raise RunFolderError(
+                path,
+                f"line {number} has {line.count(',') + 1} values, {columns} columns are named: "
+                "cut short, or written to while it is read",
+                _REMEDY,
+            )
+    try:
+        return np.loadtxt(lines, delimiter=",", ndmin=2)
+    except ValueError as error:
+        raise RunFolderError(path, f"a value is not a number: {error}", _REMEDY) from None
+
+
+def _check(path: Path, series: Series, kind: str) -> None:
+    for name in REQUIRED[kind]:
+        bad = np.flatnonzero(~np.isfinite(series[name]))
+        if bad.size:
+            raise RunFolderError(
+                path, f"{name} is {series[name][bad[0]]} in line {bad[0] + 2}", _REMEDY
+            )
+    back = np.flatnonzero(np.diff(series["step"]) <= 0)
+    if back.size:
+        raise RunFolderError(
+            path,
+            f"step goes from {series['step'][back[0]]:.0f} to {series['step'][back[0] + 1]:.0f} "
+            f"in line {back[0] + 3}: two runs in one file",
+            _REMEDY,
+        )

@@ -1,0 +1,228 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace millscale::detachment {
+
+using Vector = std::array<double, 3>;
+
+inline double dot(const Vector& a, const Vector& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Vector cross(const Vector& a, const Vector& b)
+{
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// Turns `p` by `angle` [rad] about the unit vector `axis` (Rodrigues' formula).
+inline Vector rotated(const Vector& p, const Vector& axis, double angle)
+{
+  const double c = std::cos(angle), s = std::sin(angle);
+  const Vector q = cross(axis, p);
+  const double along = dot(axis, p) * (1.0 - c);
+  return {p[0] * c + q[0] * s + axis[0] * along, p[1] * c + q[1] * s + axis[1] * along,
+          p[2] * c + q[2] * s + axis[2] * along};
+}
+
+/// Where the mill is and what its liner looks like. The cross-section's directions are `down`
+/// (gravity) and `onward`, the way the bottom of the mill moves: axis x down.
+struct MillFrame {
+  Vector axis{0, 1, 0}, down{0, 0, -1}, origin{0, 0, 0};
+  double radius = 0.0;  ///< at the liner [m]
+  int lifters = 0;      ///< 0: plain drum
+  double phase = 0.0;   ///< angle of groove 0 at rest, from the bottom [rad]
+};
+
+/// A point of the cross-section in polar form.
+struct PolarPosition {
+  double radius;    ///< distance from the axis [m]
+  double psi;       ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
+};
+
+inline PolarPosition polar(const MillFrame& mill, const Vector& position)
+{
+  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
+                 position[2] - mill.origin[2]};
+  const double below = dot(p, mill.down), ahead = dot(p, cross(mill.axis, mill.down));
+  return {std::hypot(below, ahead), std::atan2(ahead, below)};
+}
+
+/// Angle from the vertical (the top), positive on the rising side, (-pi, pi] [rad].
+inline double angle_from_vertical(double psi)
+{
+  const double pi = std::acos(-1.0);
+  const double alpha = pi - psi;
+  return alpha > pi ? alpha - 2.0 * pi : alpha;
+}
+
+/// Groove the polar angle lies in, 0 .. lifters - 1; lifter k trails groove k and pushes its balls.
+/// A plain drum has the one sector 0.
+inline int sector(const MillFrame& mill, double psi, double mill_angle)
+{
+  if (mill.lifters == 0) return 0;
+  const double pitch = 2.0 * std::acos(-1.0) / mill.lifters;
+  const long k = std::lround((psi - mill_angle - mill.phase) / pitch);
+  const int n = mill.lifters;
+  return static_cast<int>(((k % n) + n) % n);
+}
+
+enum class State { on_wall = 1, in_bed = 2, in_flight = 3 };
+
+/// What a ball feels and where it is at the end of a step.
+struct Observation {
+  bool liner_contact;  ///< touches the groove (not only a lifter)
+  bool wall_contact;   ///< touches any part of the wall
+  bool contact_force;  ///< feels any contact force, of wall or ball
+  Vector position, velocity;
+  double ball_radius, mill_angle, time;
+};
+
+/// A moment at which a ball lost a contact. count is the number of confirmed ones so far.
+struct Event {
+  double count = 0.0, angle = 0.0, mill_angle = 0.0, sector = 0.0, time = 0.0;
+  Vector position{}, velocity{};
+};
+
+/// Memory of one ball. All members are double so that the engine can carry the record through rank
+/// changes and restarts as an array.
+struct Record {
+  double state = 2.0;            ///< State; in bed until observed
+  double had_liner = 0.0;        ///< liner contact at the last observation
+  double had_force = 0.0;        ///< contact force at the last observation
+  double liner_pending = 0.0;    ///< contact lost, ball still near
+  double flight_pending = 0.0;
+  double in_flight = 0.0;        ///< a confirmed flight goes on
+  double touched_liner = 0.0;    ///< on the liner since its last flight began
+  double outermost = 0.0;        ///< the last flight began from the outermost layer
+  Event liner_candidate, flight_candidate;
+  Event liner_off, flight;       ///< confirmed
+};
+inline constexpr int record_size = sizeof(Record) / sizeof(double);
+static_assert(sizeof(Record) == record_size * sizeof(double), "Record holds doubles only");
+
+/// Which events were confirmed by an observation.
+struct Confirmed {
+  bool liner_off = false, flight = false;
+};
+
+namespace detail {
+
+inline Event event_at(const MillFrame& mill, const Observation& now, double count)
+{
+  const double psi = polar(mill, now.position).psi;
+  Event e;
+  e.count = count;
+  e.angle = angle_from_vertical(psi);
+  e.mill_angle = now.mill_angle;
+  e.sector = sector(mill, psi, now.mill_angle);
+  e.time = now.time;
+  e.position = now.position;
+  e.velocity = now.velocity;
+  return e;
+}
+
+inline void follow_liner(Record& ball, const MillFrame& mill, const Observation& now, double gap,
+                         Confirmed& confirmed)
+{
+  if (now.liner_contact) {
+    ball.liner_pending = 0.0;
+    ball.touched_liner = 1.0;
+  } else if (ball.had_liner != 0.0) {
+    ball.liner_candidate = event_at(mill, now, ball.liner_off.count + 1.0);
+    ball.liner_pending = 1.0;
+  }
+  if (ball.liner_pending != 0.0 &&
+      mill.radius - now.ball_radius - polar(mill, now.position).radius > gap) {
+    ball.liner_off = ball.liner_candidate;
+    ball.liner_pending = 0.0;
+    confirmed.liner_off = true;
+  }
+  ball.had_liner = now.liner_contact;
+}
+
+/// Distance of the ball from where it would be, had it moved with the mill since the candidate.
+inline double drift_from_mill(const MillFrame& mill, const Event& since, const Observation& now)
+{
+  Vector carried, apart;
+  for (int d = 0; d < 3; ++d) carried[d] = since.position[d] - mill.origin[d];
+  carried = rotated(carried, mill.axis, now.mill_angle - since.mill_angle);
+  for (int d = 0; d < 3; ++d) apart[d] = now.position[d] - mill.origin[d] - carried[d];
+  const double along = dot(apart, mill.axis);  // the axial box is periodic: compare the cross-section
+  return std::sqrt(std::max(0.0, dot(apart, apart) - along * along));
+}
+
+inline void follow_flight(Record& ball, const MillFrame& mill, const Observation& now, double gap,
+                          Confirmed& confirmed)
+{
+  if (now.contact_force) {
+    ball.flight_pending = 0.0;
+    ball.in_flight = 0.0;
+  } else if (ball.had_force != 0.0) {
+    ball.flight_candidate = event_at(mill, now, ball.flight.count + 1.0);
+    ball.flight_pending = 1.0;
+  }
+  if (ball.flight_pending != 0.0 && drift_from_mill(mill, ball.flight_candidate, now) > gap) {
+    ball.flight = ball.flight_candidate;
+    ball.flight_pending = 0.0;
+    ball.in_flight = 1.0;
+    ball.outermost = ball.touched_liner;
+    ball.touched_liner = 0.0;
+    confirmed.flight = true;
+  }
+  ball.had_force = now.contact_force;
+}
+
+}  // namespace detail
+
+/// Advances a ball's record by one observation. Two events are told apart:
+///   liner_off  the groove's contact is lost, and the ball has since moved inward by more than
+///              `gap_over_radius` ball radii (it may ride a lifter face);
+///   flight     no contact force of any kind, and the ball has since left the place that moves with
+///              the mill by more than `gap_over_radius` ball radii.
+/// Either is recorded as of the step at which contact was lost; a ball that touches again before
+/// the gap is reached has only rattled, and nothing is recorded. Derived here.
+inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
+                         double gap_over_radius)
+{
+  Confirmed confirmed;
+  const double gap = gap_over_radius * now.ball_radius;
+  detail::follow_liner(ball, mill, now, gap, confirmed);
+  detail::follow_flight(ball, mill, now, gap, confirmed);
+  const State state = now.wall_contact    ? State::on_wall
+                      : now.contact_force ? State::in_bed
+                                          : State::in_flight;
+  ball.state = static_cast<double>(state);
+  return confirmed;
+}
+
+/// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)
+/// and merged across ranks (Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242).
+struct AngleStatistics {
+  double count = 0.0, mean = 0.0, sum_squares = 0.0;  ///< sum of squared deviations [rad^2]
+
+  void add(double angle)
+  {
+    count += 1.0;
+    const double deviation = angle - mean;
+    mean += deviation / count;
+    sum_squares += deviation * (angle - mean);
+  }
+  void merge(const AngleStatistics& other)
+  {
+    if (other.count == 0.0) return;
+    const double total = count + other.count, deviation = other.mean - mean;
+    mean += deviation * other.count / total;
+    sum_squares += other.sum_squares + deviation * deviation * count * other.count / total;
+    count = total;
+  }
+  /// Of a sample (n - 1); 0 below two events [rad].
+  double standard_deviation() const
+  {
+    return count < 2.0 ? 0.0 : std::sqrt(sum_squares / (count - 1.0));
+  }
+};
+
+}  // namespace millscale::detachment

@@ -1,0 +1,78 @@
+// The only file that touches LIGGGHTS' private style maps.
+//
+// The engine has no plugin command, and Modify keeps its maps from style names to factories private.
+// Naming a private member in an explicit template instantiation is exempt from access checks
+// ([temp.spec] in the C++ standard), so the maps can be reached without patching the library.
+#include "register_styles.h"
+
+#include <map>
+#include <ostream>
+#include <string>
+
+#include "compute.h"
+#include "compute_mill_detach.h"
+#include "fix.h"
+#include "fix_mill_detach_track.h"
+#include "fix_mill_forces.h"
+#include "fix_mill_similarity.h"
+#include "lammps.h"
+#include "modify.h"
+
+namespace {
+
+using LAMMPS_NS::Compute;
+using LAMMPS_NS::Fix;
+using LAMMPS_NS::LAMMPS;
+using LAMMPS_NS::Modify;
+
+using FixMap = std::map<std::string, Fix* (*)(LAMMPS*, int, char**)>;
+using ComputeMap = std::map<std::string, Compute* (*)(LAMMPS*, int, int, char**)>;
+
+FixMap* Modify::*fix_map_member();
+ComputeMap* Modify::*compute_map_member();
+
+template <FixMap* Modify::*Fixes, ComputeMap* Modify::*Computes>
+struct ModifyMaps {
+  friend FixMap* Modify::*fix_map_member() { return Fixes; }
+  friend ComputeMap* Modify::*compute_map_member() { return Computes; }
+};
+template struct ModifyMaps<&Modify::fix_map, &Modify::compute_map>;
+
+template <typename Style>
+Fix* create_fix(LAMMPS* engine, int narg, char** arg)
+{
+  return new Style(engine, narg, arg);
+}
+
+template <typename Style>
+Compute* create_compute(LAMMPS* engine, int iarg, int narg, char** arg)
+{
+  return new Style(engine, iarg, narg, arg);
+}
+
+}  // namespace
+
+namespace millscale {
+
+void register_styles(LAMMPS& engine)
+{
+  FixMap& fixes = *(engine.modify->*fix_map_member());
+  fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
+  fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
+  fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
+
+  ComputeMap& computes = *(engine.modify->*compute_map_member());
+  computes["mill/detach"] = &create_compute<LAMMPS_NS::ComputeMillDetach>;
+}
+
+void list_styles(std::ostream& out)
+{
+  out << "\nStyles added by millscale:\n"
+         "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
+         "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
+         "  compute mill/detach      state of each ball, and where and when it left liner and charge\n"
+         "  fix mill/detach/track    per-ball records behind compute mill/detach (made by it)\n"
+         "Their arguments are described in docs/styles.md.\n";
+}
+
+}  // namespace millscale

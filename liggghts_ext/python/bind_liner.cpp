@@ -1,0 +1,215 @@
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "bindings.h"
+#include "liner/area.h"
+#include "liner/groove_box.h"
+#include "liner/nearest.h"
+#include "liner/offset.h"
+#include "liner/polygon.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace millscale::liner;
+using millscale::format;
+
+namespace {
+
+using Points = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+template <typename T>
+using Column = nb::ndarray<nb::numpy, T, nb::shape<-1>>;
+using PointArray = nb::ndarray<nb::numpy, double, nb::shape<-1, 2>>;
+
+/// Memory for a numpy array that frees it.
+template <typename T>
+std::pair<T*, nb::capsule> allocate(std::size_t size)
+{
+  auto memory = std::make_unique<T[]>(size);
+  T* data = memory.get();
+  nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+  memory.release();
+  return {data, owner};
+}
+
+/// (n,) array of value(i), i = 0..n-1.
+template <typename T, typename Value>
+Column<T> column(std::size_t n, const Value& value)
+{
+  auto [data, owner] = allocate<T>(n);
+  for (std::size_t i = 0; i < n; ++i) data[i] = value(i);
+  return Column<T>(data, {n}, owner);
+}
+
+/// (n, 2) array of the points point(i), columns x and z.
+template <typename PointAt>
+PointArray points(std::size_t n, const PointAt& point)
+{
+  auto [data, owner] = allocate<double>(2 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point p = point(i);
+    data[2 * i] = p.x;
+    data[2 * i + 1] = p.z;
+  }
+  return PointArray(data, {n, 2}, owner);
+}
+
+Point row(const Points& p, std::size_t i)
+{
+  return {p(i, 0), p(i, 1)};
+}
+
+/// `nearest` of many points: the same attributes, as arrays.
+struct NearestPoints {
+  Column<double> distance;
+  Column<std::int64_t> face, sector;
+  PointArray point, normal;
+};
+
+NearestPoints nearest_points(const Liner& liner, const Points& query)
+{
+  const std::size_t n = query.shape(0);
+  const auto found = std::make_unique<Nearest[]>(n);
+  for (std::size_t i = 0; i < n; ++i) found[i] = nearest(liner, row(query, i));
+  return {column<double>(n, [&](std::size_t i) { return found[i].distance; }),
+          column<std::int64_t>(n, [&](std::size_t i) { return static_cast<int>(found[i].face); }),
+          column<std::int64_t>(n, [&](std::size_t i) { return found[i].sector; }),
+          points(n, [&](std::size_t i) { return found[i].point; }),
+          points(n, [&](std::size_t i) { return found[i].normal; })};
+}
+
+std::pair<PointArray, Column<std::int64_t>> polygon_arrays(const Liner& liner, double chord_error)
+{
+  const Polygon p = polygon(liner, chord_error);
+  return {points(p.nodes.size(), [&](std::size_t i) { return p.nodes[i]; }),
+          column<std::int64_t>(p.faces.size(),
+                               [&](std::size_t i) { return static_cast<int>(p.faces[i]); })};
+}
+
+std::string describe(const Liner& l)
+{
+  return "Liner(radius=" + format(l.radius()) +
+         ", lifter_top_radius=" + format(l.lifter_top_radius()) +
+         ", lifter_top_width=" + format(l.lifter_top_width()) +
+         ", groove_width=" + format(l.groove_width()) + ", lifters=" + std::to_string(l.lifters()) +
+         ", phase=" + format(l.phase()) + ")";
+}
+
+void bind_nearest(nb::module_& m)
+{
+  const auto vector = [](Point p) {
+    return column<double>(2, [p](std::size_t i) { return i == 0 ? p.x : p.z; });
+  };
+  nb::class_<Nearest>(m, "Nearest", "Where the liner is nearest to a point.")
+      .def_ro("distance", &Nearest::distance, "[m], > 0 inside the cavity, < 0 inside the wall.")
+      .def_prop_ro(
+          "face", [](const Nearest& n) { return static_cast<int>(n.face); },
+          "0 groove, 1 leading face, 2 top, 3 trailing face.")
+      .def_ro("sector", &Nearest::sector, "Index of the groove, or of the lifter.")
+      .def_prop_ro(
+          "point", [vector](const Nearest& n) { return vector(n.point); }, nb::rv_policy::move,
+          "(2,) float, x and z on the liner [m].")
+      .def_prop_ro(
+          "normal", [vector](const Nearest& n) { return vector(n.normal); }, nb::rv_policy::move,
+          "(2,) float, unit vector into the cavity.");
+
+  nb::class_<NearestPoints>(m, "NearestPoints", "Where the liner is nearest to each of n points.")
+      .def_ro("distance", &NearestPoints::distance, nb::rv_policy::automatic,
+              "(n,) float [m], > 0 inside the cavity.")
+      .def_ro("face", &NearestPoints::face, nb::rv_policy::automatic, "(n,) int.")
+      .def_ro("sector", &NearestPoints::sector, nb::rv_policy::automatic, "(n,) int.")
+      .def_ro("point", &NearestPoints::point, nb::rv_policy::automatic,
+              "(n, 2) float, x and z on the liner [m].")
+      .def_ro("normal", &NearestPoints::normal, nb::rv_policy::automatic,
+              "(n, 2) float, unit vectors into the cavity.");
+}
+
+void bind_dimensions(nb::class_<Liner>& c)
+{
+  c.def_prop_ro("radius", &Liner::radius, "R, at the groove arcs [m].")
+      .def_prop_ro("lifter_top_radius", &Liner::lifter_top_radius,
+                   "r, from the axis to the middle of a lifter's flat top [m].")
+      .def_prop_ro("lifter_top_width", &Liner::lifter_top_width, "D1 [m].")
+      .def_prop_ro("groove_width", &Liner::groove_width,
+                   "D2, chord of a groove between the feet of its lifters [m].")
+      .def_prop_ro("lifters", &Liner::lifters, "Number of lifters; 0 is a plain drum.")
+      .def_prop_ro("phase", &Liner::phase, "Polar angle of the centre of groove 0 at rest [rad].")
+      .def_prop_ro("face_angle", &Liner::face_angle,
+                   "Between a lifter's face and its centre line [rad].")
+      .def_prop_ro("pitch", &Liner::pitch, "Angle from lifter to lifter [rad].")
+      .def_prop_ro("area", &area, "Of the cavity, exact [m^2].");
+}
+
+}  // namespace
+
+void millscale::python::bind_liner(nb::module_& m)
+{
+  bind_nearest(m);
+  nb::class_<Liner> c(m, "Liner",
+                      "Validated cross-section of the mill's liner. Groove k is centred at polar "
+                      "angle 2 pi k / n + phase, lifter k half a pitch before it.");
+  bind_dimensions(c);
+  c.def(
+       "__init__",
+       [](Liner* self, double R, double r, double D1, double D2, int n, double phase) {
+         new (self) Liner(Widths{R, r, D1, D2, n, phase});
+       },
+       "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "groove_width"_a, "lifters"_a,
+       "phase"_a = 0.0,
+       "Trapezoid reading: faces are lines from the feet, D2 apart, to the top corners, D1 apart. "
+       "Plain drum: lifters = 0 and all widths but the radius 0. Lengths in m, phase in rad.")
+      .def_static(
+          "from_face_angle",
+          [](double R, double r, double D1, double face_angle, int n, double phase) {
+            return Liner(Slopes{R, r, D1, face_angle, n, phase});
+          },
+          "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "face_angle"_a, "lifters"_a,
+          "phase"_a = 0.0,
+          "The groove width follows from the face angle [rad]; 0 is the parallel reading.")
+      .def("scaled", &scaled, "S"_a, "Every length over S; angles and phase stay.")
+      .def("offset", &offset, "distance"_a,
+           "Every arc, face and top moved towards the axis by distance [m] (negative: away).")
+      .def("offset_scaled", &offset_scaled, "S"_a, "ball_radius"_a,
+           "Liner of policy offset-liner: the path of the ball's centre scales by S [ball_radius "
+           "m].")
+      .def("polygon", &polygon_arrays, "chord_error"_a,
+           "Closed polygon: nodes (n, 2) float [x, z] in m, in the direction of rotation, and "
+           "faces (n,) int of the edges i -> i + 1: 0 groove, 1 leading face, 2 top, 3 trailing "
+           "face. "
+           "chord_error bounds the sagitta of the groove's chords [m].")
+      .def(
+          "inside",
+          [](const Liner& l, double x, double z) {
+            return inside(l, {x, z});
+          },
+          "x"_a, "z"_a, "Whether a point [m] lies in the cavity or on the liner.")
+      .def(
+          "inside",
+          [](const Liner& l, const Points& p) {
+            return column<bool>(p.shape(0), [&](std::size_t i) { return inside(l, row(p, i)); });
+          },
+          "points"_a, "The same for (n, 2) points; (n,) bool.")
+      .def(
+          "nearest",
+          [](const Liner& l, double x, double z) {
+            return nearest(l, {x, z});
+          },
+          "x"_a, "z"_a, "Nearest point of the liner to a point [m], as Nearest.")
+      .def("nearest", &nearest_points, "points"_a, "The same for (n, 2) points, as NearestPoints.")
+      .def(
+          "groove_box",
+          [](const Liner& l) {
+            const std::array<Point, 4> box = groove_box(l);
+            return points(box.size(), [&](std::size_t i) { return box[i]; });
+          },
+          "Corners (4, 2) [m] of the box that holds groove 0 at rest, between the planes of the "
+          "facing lifter faces, from the tangent to the liner to the lifter tops.")
+      .def("__repr__", [](const Liner& l) { return describe(l); });
+}

@@ -1,0 +1,14 @@
+#include "bindings.h"
+
+NB_MODULE(mill_core, m)
+{
+  m.doc() =
+      "Similarity law, lifter-liner cross-section and contact limits of ball mills. SI units; "
+      "wrong "
+      "input raises ValueError with the value and the accepted range. Mill axis y, gravity -z; "
+      "polar "
+      "angles are measured from the bottom in the direction of rotation (bottom moves to -x).";
+  millscale::python::bind_similarity(m);
+  millscale::python::bind_liner(m);
+  millscale::python::bind_contact(m);
+}

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+namespace millscale {
+
+/// A complete finite number in `text`, or an error naming `what`. Unlike atof, "4o" is not 4.
+inline double number(const std::string& text, const std::string& what)
+{
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(value))
+    throw std::invalid_argument(what + ": expected a number, got '" + text + "'");
+  return value;
+}
+
+/// Reads the arguments of a style one after the other. Throws std::invalid_argument with a message
+/// that names the keyword; styles pass it to the engine's error.
+class ArgumentList {
+ public:
+  ArgumentList(int narg, char** arg, int first) : narg_(narg), arg_(arg), next_(first) {}
+
+  bool done() const { return next_ >= narg_; }
+
+  std::string word(const std::string& what)
+  {
+    if (done()) throw std::invalid_argument(what + ": expected a value, the command ends here");
+    return arg_[next_++];
+  }
+  double number(const std::string& what) { return millscale::number(word(what), what); }
+
+  int count(const std::string& what)
+  {
+    const double value = number(what);
+    if (value < 0.0 || value != std::floor(value) || value > 1e9)
+      throw std::invalid_argument(what + ": expected a whole number >= 0, got " + arg_[next_ - 1]);
+    return static_cast<int>(value);
+  }
+  double positive(const std::string& what)
+  {
+    const double value = number(what);
+    if (!(value > 0.0))
+      throw std::invalid_argument(what + ": expected a number > 0, got " + arg_[next_ - 1]);
+    return value;
+  }
+  std::array<double, 3> vector(const std::string& what)
+  {
+    return {number(what + " x"), number(what + " y"), number(what + " z")};
+  }
+  bool choice(const std::string& what, const std::string& yes, const std::string& no)
+  {
+    const std::string got = word(what);
+    if (got != yes && got != no)
+      throw std::invalid_argument(what + ": got '" + got + "', accepted are " + yes + ", " + no);
+    return got == yes;
+  }
+
+ private:
+  int narg_;
+  char** arg_;
+  int next_;
+};
+
+}  // namespace millscale

@@ -1,0 +1,285 @@
+#include "fix_mill_detach_track.h"
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
+
+#include "argument_list.h"
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "fix_contact_history_mesh.h"
+#include "fix_mesh_surface.h"
+#include "fix_mill_similarity.h"
+#include "memory.h"
+#include "modify.h"
+#include "tri_mesh.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+namespace detachment = millscale::detachment;
+using detachment::Record;
+using detachment::Vector;
+
+namespace {
+
+constexpr int record_size = detachment::record_size;
+
+Record read(const double* row)
+{
+  static_assert(std::is_trivially_copyable_v<Record>);
+  Record ball;
+  std::memcpy(static_cast<void*>(&ball), row, sizeof ball);
+  return ball;
+}
+
+void store(const Record& ball, double* row)
+{
+  std::memcpy(row, &ball, sizeof ball);
+}
+
+/// Whether a wall triangle belongs to the groove: it lies in the outer half of the lifter's height
+/// and faces the axis more than it faces along the circumference.
+bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill, double lifter_top)
+{
+  Vector node[3], edge[2], centre{};
+  for (int n = 0; n < 3; ++n) {
+    mesh.node(triangle, n, node[n].data());
+    for (int d = 0; d < 3; ++d) centre[d] += node[n][d] / 3.0;
+  }
+  for (int e = 0; e < 2; ++e)
+    for (int d = 0; d < 3; ++d) edge[e][d] = node[e + 1][d] - node[0][d];
+  const Vector normal = detachment::cross(edge[0], edge[1]);
+  Vector radial{};
+  for (int d = 0; d < 3; ++d) radial[d] = centre[d] - mill.origin[d];
+  const double along = detachment::dot(radial, mill.axis);
+  for (int d = 0; d < 3; ++d) radial[d] -= along * mill.axis[d];
+  const double radius = std::sqrt(detachment::dot(radial, radial));
+  const double facing = std::abs(detachment::dot(normal, radial)) /
+                        (radius * std::sqrt(detachment::dot(normal, normal)));
+  return radius > 0.5 * (mill.radius + lifter_top) && facing > std::sqrt(0.5);
+}
+
+}  // namespace
+
+FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+{
+  restart_global = restart_peratom = 1;
+  create_attribute = 1;
+  nevery = 1;
+  time_depend = 1;
+  try {
+    parse(narg, arg);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+  grow_arrays(atom->nmax);
+  atom->add_callback(0);
+  atom->add_callback(1);
+  for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
+}
+
+FixMillDetachTrack::~FixMillDetachTrack()
+{
+  atom->delete_callback(id, 0);
+  atom->delete_callback(id, 1);
+  memory->destroy(records_);
+}
+
+void FixMillDetachTrack::parse(int narg, char** arg)
+{
+  millscale::ArgumentList list(narg, arg, 3);
+  while (!list.done()) {
+    const std::string key = list.word("a keyword");
+    if (key == "mill") mill_id_ = list.word(key);
+    else if (key == "lifters") mill_.lifters = list.count(key);
+    else if (key == "lifter_top_radius") lifter_top_radius_ = list.positive(key);
+    else if (key == "phase") mill_.phase = list.number(key);
+    else if (key == "gap") gap_ = list.positive(key);
+    else if (key == "force_tolerance") force_tolerance_ = list.positive(key);
+    else
+      throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, lifters, "
+                                  "lifter_top_radius, phase, gap, force_tolerance");
+  }
+  if (mill_id_.empty()) throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
+  if (mill_.lifters > 0 && lifter_top_radius_ == 0.0)
+    throw std::invalid_argument("lifter_top_radius: needed [m] where lifters is > 0");
+}
+
+int FixMillDetachTrack::setmask()
+{
+  return END_OF_STEP;
+}
+
+void FixMillDetachTrack::init()
+{
+  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
+  if (!mill_fix_) {
+    const std::string message =
+        "mill: '" + mill_id_ + "' is not the id of a fix mill/similarity; define that fix first";
+    error->fix_error(FLERR, this, message.c_str());
+  }
+  mill_.axis = mill_fix_->axis();
+  mill_.down = mill_fix_->down();
+  mill_.origin = mill_fix_->origin();
+  mill_.radius = mill_fix_->scaled().mill.radius;
+  if (lifter_top_radius_ >= mill_.radius) {
+    const std::string message = "lifter_top_radius: must be below the scaled mill's radius " +
+                                millscale::format(mill_.radius) + " m, got " +
+                                millscale::format(lifter_top_radius_) + " m";
+    error->fix_error(FLERR, this, message.c_str());
+  }
+}
+
+void FixMillDetachTrack::end_of_step()
+{
+  observe_all();
+}
+
+void FixMillDetachTrack::observe_all()
+{
+  detachment::Observation now{};
+  now.mill_angle = mill_fix_->mill_angle();
+  now.time = mill_fix_->mill_time();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    wall_contacts(i, now.wall_contact, now.liner_contact);
+    now.contact_force = now.wall_contact || feels_contact(i);
+    now.ball_radius = atom->radius[i];
+    std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
+    std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
+    Record ball = read(records_[i]);
+    const detachment::Confirmed event = detachment::observe(ball, mill_, now, gap_);
+    store(ball, records_[i]);
+    if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
+    if (event.flight) {
+      statistics_.flight.add(ball.flight.angle);
+      if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
+    }
+  }
+}
+
+/// All that acts on a ball but its weight is contact.
+bool FixMillDetachTrack::feels_contact(int i) const
+{
+  const double weight = atom->rmass[i] * mill_fix_->gravity();
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double contact = atom->f[i][d] - weight * mill_.down[d];
+    square += contact * contact;
+  }
+  return square > force_tolerance_ * force_tolerance_ * weight * weight;
+}
+
+void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
+{
+  wall = liner = false;
+  for (FixMeshSurface* fix : mill_fix_->meshes()) {
+    const FixContactHistoryMesh* contacts = fix->contactHistory();
+    if (!contacts) continue;
+    for (int j = 0; j < contacts->nneighs(i) && !liner; ++j) {
+      const int id = contacts->get_partner_idTri(i, j);
+      if (id < 0) continue;
+      wall = true;
+      const int triangle = fix->triMesh()->map(id, 0);
+      if (triangle >= 0) liner = is_groove(*fix->triMesh(), triangle, mill_, lifter_top_radius_);
+    }
+  }
+}
+
+Record FixMillDetachTrack::record(int i) const
+{
+  return read(records_[i]);
+}
+
+double FixMillDetachTrack::mill_time() const
+{
+  return mill_fix_->mill_time();
+}
+
+FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() const
+{
+  constexpr int size = sizeof(Statistics) / sizeof(double);
+  std::vector<Statistics> of_rank(comm->nprocs);
+  Statistics mine = statistics_, all;
+  MPI_Allgather(&mine, size, MPI_DOUBLE, of_rank.data(), size, MPI_DOUBLE, world);
+  for (const Statistics& part : of_rank) {
+    all.liner_off.merge(part.liner_off);
+    all.flight.merge(part.flight);
+    all.outermost.merge(part.outermost);
+  }
+  return all;
+}
+
+void FixMillDetachTrack::grow_arrays(int nmax)
+{
+  memory->grow(records_, nmax, record_size, "mill/detach:records");
+}
+
+void FixMillDetachTrack::copy_arrays(int i, int j, int)
+{
+  std::copy(records_[i], records_[i] + record_size, records_[j]);
+}
+
+void FixMillDetachTrack::set_arrays(int i)
+{
+  store(Record{}, records_[i]);
+}
+
+int FixMillDetachTrack::pack_exchange(int i, double* buffer)
+{
+  std::copy(records_[i], records_[i] + record_size, buffer);
+  return record_size;
+}
+
+int FixMillDetachTrack::unpack_exchange(int i, double* buffer)
+{
+  std::copy(buffer, buffer + record_size, records_[i]);
+  return record_size;
+}
+
+int FixMillDetachTrack::pack_restart(int i, double* buffer)
+{
+  buffer[0] = record_size + 1;
+  std::copy(records_[i], records_[i] + record_size, buffer + 1);
+  return record_size + 1;
+}
+
+void FixMillDetachTrack::unpack_restart(int i, int nth)
+{
+  const double* extra = atom->extra[i];
+  for (int skipped = 0; skipped < nth; ++skipped) extra += static_cast<int>(*extra);
+  std::copy(extra + 1, extra + 1 + record_size, records_[i]);
+}
+
+int FixMillDetachTrack::size_restart(int)
+{
+  return record_size + 1;
+}
+
+int FixMillDetachTrack::maxsize_restart()
+{
+  return record_size + 1;
+}
+
+void FixMillDetachTrack::write_restart(FILE* file)
+{
+  const Statistics all = statistics_of_all_ranks();
+  if (comm->me != 0) return;
+  const int bytes = sizeof all;
+  fwrite(&bytes, sizeof bytes, 1, file);
+  fwrite(&all, 1, sizeof all, file);
+}
+
+void FixMillDetachTrack::restart(char* buffer)
+{
+  if (comm->me == 0) std::memcpy(static_cast<void*>(&statistics_), buffer, sizeof statistics_);
+}
+
+double FixMillDetachTrack::memory_usage()
+{
+  return static_cast<double>(atom->nmax) * record_size * sizeof(double);
+}

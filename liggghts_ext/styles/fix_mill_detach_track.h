@@ -1,0 +1,71 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill/detach/track, FixMillDetachTrack)
+
+#else
+
+#ifndef LMP_FIX_MILL_DETACH_TRACK_H
+#define LMP_FIX_MILL_DETACH_TRACK_H
+
+#include <string>
+
+#include "detachment/detachment.h"
+#include "fix.h"
+
+namespace LAMMPS_NS {
+
+class FixMillSimilarity;
+
+/// Per-ball detachment records, advanced at the end of every step and carried across ranks and
+/// restarts. Made by compute mill/detach, which publishes them; arguments: docs/styles.md.
+class FixMillDetachTrack : public Fix {
+ public:
+  /// Statistics of confirmed events since the records began, on this rank.
+  struct Statistics {
+    millscale::detachment::AngleStatistics liner_off, flight, outermost;
+  };
+
+  FixMillDetachTrack(class LAMMPS*, int, char**);
+  ~FixMillDetachTrack() override;
+
+  int setmask() override;
+  void init() override;
+  void end_of_step() override;
+
+  millscale::detachment::Record record(int i) const;
+  Statistics statistics_of_all_ranks() const;
+  double mill_time() const;
+
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int pack_exchange(int, double*) override;
+  int unpack_exchange(int, double*) override;
+  int pack_restart(int, double*) override;
+  void unpack_restart(int, int) override;
+  int size_restart(int) override;
+  int maxsize_restart() override;
+  void write_restart(FILE*) override;
+  void restart(char*) override;
+  double memory_usage() override;
+
+ private:
+  void parse(int narg, char** arg);
+  void observe_all();
+  bool feels_contact(int i) const;
+  void wall_contacts(int i, bool& wall, bool& liner) const;
+
+  std::string mill_id_;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  millscale::detachment::MillFrame mill_;
+  double lifter_top_radius_ = 0.0;
+  double gap_ = 1.0;               ///< in ball radii
+  double force_tolerance_ = 1e-9;  ///< in ball weights
+  Statistics statistics_;
+  double** records_ = nullptr;     ///< (n, record_size), each row a Record
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,1 @@
+"""Campaign files, the cases they describe, and the stages that run them."""

@@ -1,0 +1,33 @@
+"""Radii of the balls: normal, cut symmetrically at a number of standard deviations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mill_campaign.config import Ball
+
+
+def mean_volume(ball: Ball) -> float:
+    """Mean volume of a ball [m^3], 4/3 pi (a^3 + 3 a s^2), s^2 the variance of the cut normal.
+
+    The cut is symmetric, so the third central moment vanishes. With t = `truncation`, f the density
+    and F the distribution of the unit normal, s^2 = sigma^2 (1 - 2 t f(t) / (2 F(t) - 1)).
+    Derived here.
+    """
+    t = ball.truncation
+    density = math.exp(-0.5 * t * t) / math.sqrt(math.tau)
+    inside = math.erf(t / math.sqrt(2.0))
+    variance = ball.radius_std**2 * (1.0 - 2.0 * t * density / inside)
+    return 4.0 / 3.0 * math.pi * (ball.radius**3 + 3.0 * ball.radius * variance)
+
+
+def draw_radii(ball: Ball, count: int, random: np.random.Generator) -> np.ndarray:
+    """(count,) float, ball radii [m]; all equal without a standard deviation."""
+    if ball.radius_std == 0.0:
+        return np.full(count, ball.radius)
+    deviations = random.standard_normal(count)
+    while (outside := np.abs(deviations) > ball.truncation).any():
+        deviations[outside] = random.standard_normal(int(outside.sum()))
+    return ball.radius + ball.radius_std * deviations

@@ -1,0 +1,166 @@
+"""A case: one mill to simulate, every number of it resolved; the content of case.json."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from mill_campaign import case_sections as parts
+from mill_campaign.config import Campaign
+from mill_campaign.cost import wall_time
+from mill_campaign.errors import CampaignError
+from mill_campaign.law import Model, models_of
+from mill_campaign.modelled import statements
+from mill_campaign.time_step import Step, steps_of
+from mill_campaign.wall_panels import wall_part
+
+SCHEMA = 1
+SHORT_KIND = {"single-ball": "sb", "multi-ball": "mb"}
+SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
+# Ranks of the prediction written to case.json; the plan predicts for any number.
+RANKS = 2
+LARGEST_FILE_BYTES = 1 << 20
+# Parts that inform: a case need not run again because their wording or numbers change.
+SAID = ("digest", "model", "predicted", "versions", "warnings")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case; `document` is the content of its case.json, sections by name."""
+
+    document: Mapping[str, Any]
+
+    @property
+    def id(self) -> str:
+        """Name of the case and its folder."""
+        return self.document["id"]
+
+    @property
+    def kind(self) -> str:
+        """ "single-ball" or "multi-ball"."""
+        return self.document["kind"]
+
+    def __getitem__(self, section: str) -> Any:
+        return self.document[section]
+
+    def text(self) -> str:
+        """case.json as written."""
+        return json.dumps(self.document, indent=2, allow_nan=False) + "\n"
+
+    @staticmethod
+    def load(path: str | Path) -> Case:
+        """Case of a case.json.
+
+        Raises:
+            CampaignError: not a case.json of this schema.
+        """
+        path = Path(path)
+        try:
+            with path.open("rb") as stream:
+                document = json.loads(stream.read(LARGEST_FILE_BYTES))
+        except (OSError, ValueError, RecursionError) as cause:
+            raise CampaignError(path, "", f"cannot be read: {cause}", "a case.json") from None
+        found = document.get("schema") if isinstance(document, dict) else None
+        if found != SCHEMA:
+            raise CampaignError(path, "schema", f"got {found}", f"{SCHEMA}; run generate again")
+        return Case(document)
+
+
+def cases_of(campaign: Campaign) -> list[Case]:
+    """The cases of a campaign: by study, policy, scheme, S and seed.
+
+    Raises:
+        CampaignError: a model is impossible, or two cases would have the same id.
+    """
+    cases = []
+    for study in campaign.studies:
+        models = models_of(campaign, study)
+        seeds = study.charge.seeds if study.charge else (0,)
+        for model, step in zip(models, steps_of(campaign, models), strict=True):
+            cases += [_case(campaign, model, step, seed) for seed in seeds]
+    seen: set[str] = set()
+    for case in cases:
+        if case.id in seen:
+            cause = f"two cases are called {case.id}: S is told apart by three decimals"
+            raise CampaignError(campaign.file, "scaling.S", cause, "S that differ by 0.001 or more")
+        seen.add(case.id)
+    return cases
+
+
+def case_id(model: Model, seed: int) -> str:
+    """Name of a case, `mb-cg-paper-S2.600`; the seed is told if there are several."""
+    kind = SHORT_KIND[model.study.kind]
+    name = f"{kind}-{SHORT_SCHEME[model.scheme]}-{model.policy}-S{model.S:.3f}"
+    several = model.study.charge is not None and len(model.study.charge.seeds) > 1
+    return f"{name}-seed{seed}" if several else name
+
+
+def digest(document: Mapping[str, Any]) -> str:
+    """Hash of all that decides a case: everything but what is only said about it."""
+    content = {key: value for key, value in document.items() if key not in SAID}
+    text = json.dumps(content, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
+    study = model.study
+    time = parts.time_part(campaign, model, step)
+    ball = parts.ball_part(campaign, model)
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "id": case_id(model, seed),
+        "campaign": campaign.name,
+        "kind": study.kind,
+        "scheme": model.scheme,
+        "policy": model.policy,
+        "S": model.S,
+        "time_factor": model.time_factor,
+        "allow_centrifuging": campaign.mill.allow_centrifuging,
+        "seed": seed,
+        "physical": parts.physical_part(campaign),
+        "mill": parts.mill_part(model),
+        "factors": parts.factors_part(model),
+        "predicted_energy_ratio": model.scaled.predicted_energy_ratio,
+        "centre_path_energy_ratio": model.scaled.centre_path_energy_ratio,
+        "groups": parts.groups_part(campaign, model),
+        "ball": ball,
+        "material": parts.material_part(campaign, model),
+        "time": time,
+    }
+    if study.kind == "multi-ball":
+        document["charge"] = parts.charge_part(campaign, model, ball["count"], time)
+    document |= {
+        "wall": wall_part(campaign, model),
+        "domain": parts.domain_part(campaign, model),
+        "output": parts.output_part(study, model, time),
+        "warnings": [*campaign.warnings, *step.warnings],
+        "model": statements(campaign, model),
+        "versions": {"millscale": installed_version()},
+    }
+    document["predicted"] = _predicted(document)
+    document["digest"] = digest(document)
+    return Case(document)
+
+
+def _predicted(document: Mapping[str, Any]) -> dict[str, float | int]:
+    kind, balls, time = document["kind"], document["ball"]["count"], document["time"]
+    ranks = 1 if kind == "single-ball" else RANKS
+    steps = time["settle_steps"] + time["steps"]
+    return {
+        "particle_steps": balls * steps,
+        "ranks": ranks,
+        "wall_time_s": wall_time(kind, balls, document["wall"]["triangles"], steps, ranks),
+    }
+
+
+def installed_version() -> str:
+    """Version of the installed package; "source" when run from the source tree."""
+    try:
+        return version("millscale")
+    except PackageNotFoundError:
+        return "source"

@@ -1,0 +1,200 @@
+"""The command line `millscale`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from mill_campaign.errors import CampaignError
+from mill_campaign.machine import CoreWish
+
+EXIT_FAILED = 1
+EXIT_WRONG_INPUT = 2
+EXIT_INTERRUPTED = 130
+_WIDTH = 140
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""
+Ball mills scaled by similarity: from a campaign file to simulated mills and their comparison.
+
+A campaign (TOML) names a physical mill, the scale ratios S and the schemes; each combination is a
+case with a folder of its own. Lengths in m, times in s, angles in rad unless a name says otherwise.
+
+* `millscale plan campaigns/quick.toml` shows what would be simulated, and its cost
+* `millscale run campaigns/quick.toml --runs runs/quick` simulates what is missing
+* `millscale report runs/quick` writes report/index.html
+
+Exit codes: 0 done; 1 a case failed; 2 wrong input; 130 interrupted, the same command goes on.
+""",
+)
+
+Campaign = Annotated[
+    Path, typer.Argument(metavar="FILE", help="Campaign file, such as campaigns/quick.toml.")
+]
+RunsArgument = Annotated[
+    Path, typer.Argument(metavar="DIR", help="Runs folder, as given to `millscale run --runs`.")
+]
+RunsOption = Annotated[
+    Path,
+    typer.Option(
+        "--runs", metavar="DIR", help="Folder of the runs; each case works in DIR/cases/ID."
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
+
+
+@app.command()
+def plan(file: Campaign, as_json: Json = False) -> None:
+    """Show the cases of a campaign: every derived number, the time step's limits, the cost.
+
+    Writes nothing. Example: `millscale plan campaigns/paper-single-ball.toml --json`
+    """
+    from mill_campaign.config_build import load_campaign
+    from mill_campaign.plan import plan_rows, render_plan
+
+    rows = plan_rows(load_campaign(file))
+    if as_json:
+        typer.echo(json.dumps(rows, indent=1))
+    else:
+        _console().print(render_plan(rows))
+
+
+@app.command()
+def generate(file: Campaign, runs: RunsOption) -> None:
+    """Write DIR/campaign.json and a case.json per case, and run nothing.
+
+    A case.json that would not change is left alone. Example: `millscale generate
+    campaigns/quick.toml --runs runs/quick`
+    """
+    from mill_campaign.folder_lock import hold
+    from mill_campaign.generate import generate as write_cases
+    from mill_campaign.run_command import request
+
+    request(file, runs, [], CoreWish())
+    with hold(runs):
+        cases = write_cases(file, runs)
+    typer.echo(f"{runs}: {len(cases)} cases; next: millscale run {file} --runs {runs}")
+
+
+@app.command()
+def run(
+    file: Campaign,
+    runs: RunsOption,
+    ranks: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            help="MPI ranks of a multi-ball case (a single ball runs on one). Default: all cores.",
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None,
+        typer.Option(metavar="M", help="Cases at a time. Default: as many as the cores allow."),
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ID", help="Only this case; repeatable; `*` stands for any text."),
+    ] = None,
+    dry_run: Annotated[
+        bool,
+        typer.Option("--dry-run", help="Show the stages and the mpirun lines; write nothing."),
+    ] = False,
+    oversubscribe: Annotated[
+        bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
+    ] = False,
+) -> None:
+    """Bring every case to its result: mesh, deck, settling, rotation, analysis.
+
+    Runs only what is missing or older than its inputs; a changed campaign reruns the cases it
+    changes. Ctrl-C ends the engines; the same command then goes on with the stages not yet done.
+    A case that fails does not stop the others.
+
+    Engine: `liggghts_mill` beside this Python, on the PATH or in build/; MILLSCALE_ENGINE names
+    another.
+
+    Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
+    `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --ranks 2 --only 'mb-*-S2.600'`
+    """
+    from mill_campaign.run_command import dry_run_campaign, request, run_campaign
+
+    asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe))
+    if dry_run:
+        typer.echo(dry_run_campaign(asked))
+        return
+    try:
+        raise typer.Exit(0 if run_campaign(asked, _console()) else EXIT_FAILED)
+    except KeyboardInterrupt:
+        typer.echo(
+            "interrupted: finished stages are kept, the same command goes on from there", err=True
+        )
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+@app.command()
+def status(runs: RunsArgument, as_json: Json = False) -> None:
+    """Show the stage of every case, how far it is, and the last problem.
+
+    Example: `millscale status runs/quick`
+    """
+    from mill_campaign.display import status_table
+    from mill_campaign.run_command import problems
+    from mill_campaign.status import campaign_status
+
+    statuses = campaign_status(runs)
+    if as_json:
+        typer.echo(json.dumps([asdict(x) for x in statuses], indent=1))
+        return
+    _console().print(status_table(statuses))
+    for line in problems(runs, statuses):
+        typer.echo(line)
+
+
+@app.command()
+def report(runs: RunsArgument, as_json: Json = False) -> None:
+    """Compare the finished cases: DIR/report/index.html, a page of its own, and results.json.
+
+    Example: `millscale report runs/quick --json`
+    """
+    from mill_analysis import RunFolderError, build_report
+
+    from mill_campaign.status import campaign_cases
+
+    campaign_cases(runs)
+    try:
+        build_report(runs)
+    except RunFolderError as error:
+        raise CampaignError(error.path, "", error.cause, error.remedy) from None
+    folder = runs / "report"
+    if as_json:
+        typer.echo((folder / "results.json").read_text().rstrip("\n"))
+    else:
+        typer.echo(f"report: {folder / 'index.html'}")
+
+
+def _console() -> Console:
+    """Tables of a pipe or a file are not cut to the width of a terminal that is not there."""
+    return Console() if sys.stdout.isatty() else Console(width=_WIDTH)
+
+
+def main() -> None:
+    """Entry point; what the user can mend ends in one line and exit code 2."""
+    try:
+        app()
+    except (CampaignError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(EXIT_WRONG_INPUT)
+
+
+if __name__ == "__main__":
+    main()

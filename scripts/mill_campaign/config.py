@@ -1,0 +1,121 @@
+"""A campaign: what the file says, checked, in SI, with every alternative resolved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Mill:
+    """The physical mill. SI units; omega in rad/s."""
+
+    radius: float
+    length: float
+    gravity: float
+    omega: float
+    allow_centrifuging: bool
+
+
+@dataclass(frozen=True)
+class LinerShape:
+    """Cross-section of the physical mill's liner; groove_width or face_angle is None."""
+
+    lifters: int
+    lifter_top_radius: float
+    lifter_top_width: float
+    groove_width: float | None
+    face_angle: float | None
+    phase: float
+
+
+@dataclass(frozen=True)
+class Ball:
+    """Balls, the same in every model. Radii are normal, cut at `truncation` deviations."""
+
+    radius: float
+    density: float
+    radius_std: float
+    truncation: float
+
+
+@dataclass(frozen=True)
+class Material:
+    """Elastic constants of balls and wall, and coefficients ball-ball (pp) and ball-wall (pw)."""
+
+    youngs_modulus: float
+    poisson_ratio: float
+    restitution_pp: float
+    restitution_pw: float
+    static_friction_pp: float
+    static_friction_pw: float
+    rolling_friction_pp: float
+    rolling_friction_pw: float
+
+
+@dataclass(frozen=True)
+class Wall:
+    """How the liner is represented; chord_error is the physical mill's [m], None: default."""
+
+    kind: str
+    chord_error: float | None
+    axial_divisions: int
+
+
+@dataclass(frozen=True)
+class Charge:
+    """The charge of a multi-ball study: counts by model, or filling and porosity."""
+
+    counts: tuple[int, ...] | None
+    filling: float | None
+    porosity: float
+    slice_length: float | None
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Study:
+    """Models to simulate in one way. Times and the step are those of the physical mill.
+
+    Attributes:
+        kind: "single-ball" or "multi-ball".
+        ratios: S of the models.
+        schemes, policies: of the similarity law.
+        step: time step [s]; None: advised from the limits of the contact law.
+        wait: rest (single ball) or settling (multi-ball) before rotation [s].
+        rotation_angle, sample_angle, dump_angle, restart_angle: of the mill [rad].
+        charge: multi-ball only.
+    """
+
+    kind: str
+    ratios: tuple[float, ...]
+    schemes: tuple[str, ...]
+    policies: tuple[str, ...]
+    step: float | None
+    wait: float
+    rotation_angle: float
+    sample_angle: float
+    dump_angle: float
+    restart_angle: float
+    charge: Charge | None
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Everything a campaign file says; `warnings` are what it says that is not used."""
+
+    file: Path
+    name: str
+    about: str
+    mill: Mill
+    liner: LinerShape
+    ball: Ball
+    material: Material
+    wall: Wall
+    stiffness: str
+    time_factor: float | None
+    time_exponent: float | None
+    studies: tuple[Study, ...]
+    ranks: int
+    jobs: int
+    warnings: tuple[str, ...]

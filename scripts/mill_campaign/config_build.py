@@ -1,0 +1,186 @@
+"""From the values of a campaign file to a `Campaign`: alternatives resolved and cross-checked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mill_core
+
+from mill_campaign.config import Ball, Campaign, LinerShape, Material, Mill, Wall
+from mill_campaign.config_keys import KINDS
+from mill_campaign.config_read import read_campaign
+from mill_campaign.config_study import build_study
+from mill_campaign.errors import CampaignError
+from mill_campaign.units import resolve, speed_forms
+
+Section = Mapping[str, Any]
+NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+
+
+def load_campaign(path: str | Path) -> Campaign:
+    """The campaign a TOML file describes.
+
+    Raises:
+        CampaignError: the file, a key or a combination of keys is not accepted.
+    """
+    path = Path(path)
+    sections = read_campaign(path)
+    mill = _mill(path, sections["mill"], sections["ball"])
+    scaling = sections["scaling"]
+    studies = tuple(build_study(path, name, sections, mill) for name in KINDS if name in sections)
+    if not studies:
+        raise CampaignError(path, "", "nothing to simulate", "[single_ball], [multi_ball] or both")
+    _check_time_factor(path, scaling, {scheme for study in studies for scheme in study.schemes})
+    return Campaign(
+        file=path,
+        name=_name(path, sections["campaign"]["name"]),
+        about=sections["campaign"]["about"],
+        mill=mill,
+        liner=_liner(path, sections["liner"]),
+        ball=_ball(path, sections["ball"]),
+        material=_material(path, sections["material"]),
+        wall=Wall(**_renamed(sections["wall"], chord_error_m="chord_error")),
+        stiffness=scaling["stiffness"],
+        time_factor=scaling["time_factor"],
+        time_exponent=scaling["time_exponent"],
+        studies=studies,
+        ranks=sections["run"]["ranks"],
+        jobs=sections["run"]["jobs"],
+        warnings=_unused(sections["liner"]),
+    )
+
+
+def _renamed(values: Section, **names: str) -> dict[str, Any]:
+    return {names.get(key, key): value for key, value in values.items()}
+
+
+def _name(path: Path, name: str | None) -> str:
+    if name is None:
+        name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "campaign"
+    if not NAME.fullmatch(name) or len(name) > 64:
+        raise CampaignError(
+            path,
+            "campaign.name",
+            f'got "{name}"',
+            "up to 64 lower-case letters, digits and single hyphens, such as paper-single-ball",
+        )
+    return name
+
+
+def _mill(path: Path, mill: Section, ball: Section) -> Mill:
+    radius, gravity = mill["radius_m"], mill["gravity_m_s2"]
+    if ball["radius_m"] >= radius:
+        raise CampaignError(
+            path,
+            "ball.radius_m",
+            f"got {ball['radius_m']:g}",
+            f"less than mill.radius_m = {radius:g}",
+        )
+    forms = speed_forms(radius, ball["radius_m"], gravity)
+    omega = resolve(mill, forms, "rad/s", (path, "mill"))
+    if omega is None:
+        raise CampaignError(path, "mill", "the speed is missing", "one of " + ", ".join(forms))
+    froude = mill_core.froude_number(radius, gravity, omega)
+    if froude >= 1.0 and not mill["allow_centrifuging"]:
+        given = next(key for key in forms if mill[key] is not None)
+        raise CampaignError(
+            path,
+            f"mill.{given}",
+            f"got {mill[given]:g}, Froude number omega^2 R / g = {froude:.3g}: the mill "
+            "centrifuges and no ball detaches (rpm taken for rad/s?)",
+            "Fr < 1, or allow_centrifuging = true",
+        )
+    return Mill(radius, mill["length_m"], gravity, omega, mill["allow_centrifuging"])
+
+
+def _liner(path: Path, liner: Section) -> LinerShape:
+    lifters = liner["lifters"]
+    shape = ("lifter_top_radius_m", "lifter_top_width_m", "groove_width_m", "face_angle_deg")
+    if lifters == 0:
+        for key in shape:
+            if liner[key] is not None:
+                raise CampaignError(
+                    path, f"liner.{key}", "given for a plain drum", "no such key with lifters = 0"
+                )
+        return LinerShape(0, 0.0, 0.0, 0.0, None, math.radians(liner["phase_deg"]))
+    for key in shape[:2]:
+        if liner[key] is None:
+            raise CampaignError(path, f"liner.{key}", "missing", f"needed with lifters = {lifters}")
+    return LinerShape(
+        lifters,
+        liner["lifter_top_radius_m"],
+        liner["lifter_top_width_m"],
+        *_foot(path, liner),
+        math.radians(liner["phase_deg"]),
+    )
+
+
+def _foot(path: Path, liner: Section) -> tuple[float | None, float | None]:
+    """Groove width [m] or face angle [rad], whichever defines the foot of the lifters."""
+    width, angle = liner["groove_width_m"], liner["face_angle_deg"]
+    if liner["reading"] == "parallel":
+        if angle:
+            raise CampaignError(
+                path,
+                "liner.face_angle_deg",
+                f'{angle:g} contradicts reading = "parallel", in which the faces are parallel',
+                'no such key, or reading = "trapezoid"',
+            )
+        return None, 0.0
+    if (width is None) == (angle is None):
+        what = "missing" if width is None else "both given"
+        raise CampaignError(
+            path, "liner.groove_width_m", f"and face_angle_deg {what}", "one of the two"
+        )
+    return width, None if angle is None else math.radians(angle)
+
+
+def _unused(liner: Section) -> tuple[str, ...]:
+    """Says that D2 is not used where D1 all the way down leaves no choice of it."""
+    if liner["reading"] == "parallel" and liner["groove_width_m"] is not None:
+        return ("reading parallel: groove_width_m is not used, it follows from lifter_top_width_m",)
+    return ()
+
+
+def _ball(path: Path, ball: Section) -> Ball:
+    if ball["radius_std_m"] * ball["truncation"] >= 0.8 * ball["radius_m"]:
+        raise CampaignError(
+            path,
+            "ball.radius_std_m",
+            f"got {ball['radius_std_m']:g}: the smallest ball would be under a fifth of the mean",
+            f"less than {0.8 * ball['radius_m'] / ball['truncation']:g}, or a smaller truncation",
+        )
+    return Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
+
+
+def _material(path: Path, material: Section) -> Material:
+    poisson = material["poisson_ratio"]
+    forms = {
+        "shear_modulus_pa": lambda value: 2.0 * value * (1.0 + poisson),
+        "youngs_modulus_pa": lambda value: value,
+    }
+    youngs_modulus = resolve(material, forms, "Pa of Young's modulus", (path, "material"))
+    if youngs_modulus is None:
+        raise CampaignError(path, "material", "stiffness is missing", "one of " + ", ".join(forms))
+    rest = {key: value for key, value in material.items() if key not in forms}
+    return Material(youngs_modulus=youngs_modulus, **rest)
+
+
+def _check_time_factor(path: Path, scaling: Section, schemes: set[str]) -> None:
+    given = [key for key in ("time_factor", "time_exponent") if scaling[key] is not None]
+    if "froude" in schemes and len(given) != 1:
+        what = "both given" if given else "missing"
+        raise CampaignError(
+            path,
+            "scaling.time_factor",
+            f"and time_exponent {what} for scheme froude",
+            "one of the two",
+        )
+    if "froude" not in schemes and given:
+        raise CampaignError(
+            path, f"scaling.{given[0]}", "only scheme froude takes one", 'schemes = ["froude"]'
+        )

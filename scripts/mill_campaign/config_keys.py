@@ -1,0 +1,205 @@
+"""Every key of a campaign file: type, range, default, meaning. All defaults live here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+
+class Required:
+    """Marks a key that has no default."""
+
+    def __repr__(self) -> str:
+        return "required"
+
+
+REQUIRED: Final = Required()
+SCHEMES: Final = ("constant-gravity", "constant-speed", "froude")
+POLICIES: Final = ("paper", "corrected", "offset-liner")
+READINGS: Final = ("trapezoid", "parallel")
+STIFFNESSES: Final = ("fixed", "overlap-matched")
+KINDS: Final = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
+ADVISED: Final = "advised"
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a key accepts.
+
+    Attributes:
+        type: "number", "integer", "flag" or "text".
+        meaning: what the key is, for the reference and the messages.
+        default: value of an absent key; None if it may be absent, REQUIRED if it may not.
+        above, least, most: bounds, `above` exclusive.
+        choices: words accepted; beside numbers if the type is "number".
+        many: a list of such values.
+    """
+
+    type: str
+    meaning: str
+    default: Any = None
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
+    choices: tuple[str, ...] = ()
+    many: bool = False
+
+    def accepted(self) -> str:
+        """The accepted values in words."""
+        bounds = [
+            f"{sign} {bound:g}"
+            for sign, bound in ((">", self.above), (">=", self.least), ("<=", self.most))
+            if bound is not None
+        ]
+        what = {"number": "number", "integer": "whole number", "text": "text"}.get(self.type, "")
+        what = f"{what}s" if self.many else f"a {what}"
+        words = [f'"{choice}"' for choice in self.choices]
+        if self.type == "flag":
+            words = ["true", "false"]
+        elif self.type != "text" or not words:
+            words = [f"{what} {' and '.join(bounds)}".strip(), *words]
+        return ("a list of " if self.many else "") + " or ".join(words)
+
+
+def _positive(meaning: str, default: Any = None) -> Key:
+    return Key("number", meaning, default, above=0.0)
+
+
+def _share(meaning: str, default: Any = REQUIRED, least: float = 0.0) -> Key:
+    return Key("number", meaning, default, least=least, most=1.0)
+
+
+def _schemes(default: Any) -> Key:
+    return Key("text", "similarity schemes", default, choices=SCHEMES, many=True)
+
+
+def _policies(default: Any) -> Key:
+    meaning = "what is done about the ball radius, which is not scaled"
+    return Key("text", meaning, default, choices=POLICIES, many=True)
+
+
+def _models() -> dict[str, Key]:
+    ratio = "radius ratios of the models, S = physical / scaled radius"
+    radius = "the same as radii of the models at the liner, R / S [m]"
+    return {
+        "S": Key("number", ratio, least=1.0, many=True),
+        "scaled_radius_m": Key("number", radius, above=0.0, many=True),
+    }
+
+
+def _study(step: float | str, sample: float, restart: float) -> dict[str, Key]:
+    """Keys that single-ball and multi-ball studies share."""
+    return {
+        **_models(),
+        "schemes": _schemes(None),
+        "policies": _policies(None),
+        "rotation_angle_rad": _positive("mill rotation to simulate [rad]"),
+        "revolutions": _positive("the same in turns"),
+        "rotation_s": _positive("the same as time of the physical mill [s]"),
+        "step_s": Key(
+            "number",
+            "time step of the physical mill [s], or from the limits of the contact law",
+            step,
+            above=0.0,
+            choices=(ADVISED,),
+        ),
+        "sample_angle_rad": _positive("mill rotation between rows of series.csv [rad]", sample),
+        "dump_angle_rad": _positive("mill rotation between dumps [rad]", 0.5),
+        "restart_angle_rad": _positive("mill rotation between restart files [rad]", restart),
+    }
+
+
+SECTIONS: Final[dict[str, dict[str, Key]]] = {
+    "campaign": {
+        "name": Key("text", "lower-case letters, digits and hyphens; default: the file's name"),
+        "about": Key("text", "one line for the report", ""),
+    },
+    "mill": {
+        "radius_m": _positive("R, at the liner between the lifters [m]", REQUIRED),
+        "length_m": _positive("length of the periodic piece of mill [m]", REQUIRED),
+        "gravity_m_s2": _positive("g [m/s^2]", 9.81),
+        "speed_rad_s": _positive("speed of rotation [rad/s]"),
+        "speed_rpm": _positive("the same in turns per minute"),
+        "period_s": _positive("the same as time of a turn [s]"),
+        "percent_of_critical": _positive("the same in % of sqrt(g / (R - a))"),
+        "froude": _positive("the same as omega^2 R / g"),
+        "allow_centrifuging": Key("flag", "accept a Froude number of 1 or more", False),
+    },
+    "liner": {
+        "lifters": Key("integer", "number of lifters, 0: a plain drum", 0, least=0, most=1000),
+        "lifter_top_radius_m": _positive("r, from the axis to the lifter tops [m]"),
+        "lifter_top_width_m": _positive("D1, width of a lifter top [m]"),
+        "groove_width_m": _positive("D2, chord of a groove at the liner [m]"),
+        "face_angle_deg": Key(
+            "number", "face from the lifter's centre line, instead of D2", least=0.0, most=89.0
+        ),
+        "reading": Key(
+            "text", "of D1 and D2; parallel: D1 all the way down", "trapezoid", choices=READINGS
+        ),
+        "phase_deg": Key(
+            "number", "groove 0 from the bottom at rest", 0.0, least=-360.0, most=360.0
+        ),
+    },
+    "ball": {
+        "radius_m": _positive("a, mean ball radius [m]", REQUIRED),
+        "density_kg_m3": _positive("density [kg/m^3]", REQUIRED),
+        "radius_std_m": Key(
+            "number", "standard deviation of normal radii, multi-ball [m]", 0.0, least=0.0
+        ),
+        "truncation": Key("number", "radii kept, in standard deviations", 2.0, above=0.0, most=6.0),
+    },
+    "material": {
+        "shear_modulus_pa": _positive("G of balls and wall [Pa]"),
+        "youngs_modulus_pa": _positive("E = 2 G (1 + nu) of balls and wall [Pa]"),
+        "poisson_ratio": Key("number", "of balls and wall", REQUIRED, least=0.0, most=0.5),
+        # The engine refuses restitutions below 0.05.
+        "restitution_pp": _share("between balls", least=0.05),
+        "restitution_pw": _share("ball and wall", least=0.05),
+        "static_friction_pp": Key("number", "between balls", REQUIRED, least=0.0, most=10.0),
+        "static_friction_pw": Key("number", "ball and wall", REQUIRED, least=0.0, most=10.0),
+        "rolling_friction_pp": _share("between balls"),
+        "rolling_friction_pw": _share("ball and wall"),
+    },
+    "scaling": {
+        **_models(),
+        "schemes": _schemes(SCHEMES[:2]),
+        "policies": _policies(POLICIES[:1]),
+        "time_factor": _positive("scaled / physical time, scheme froude"),
+        "time_exponent": Key("number", "the same as p in S^p", least=-2.0, most=2.0),
+        "stiffness": Key(
+            "text",
+            "Young's modulus of the scaled mill: that of the physical one, or scaled with "
+            "velocity squared so that overlap / ball radius is kept",
+            "fixed",
+            choices=STIFFNESSES,
+        ),
+    },
+    "wall": {
+        "kind": Key("text", "how the liner is represented", "mesh", choices=("mesh",)),
+        "chord_error_m": _positive(
+            "largest gap of arc and panel, physical mill [m]; default: 2.5 % of ball radius"
+        ),
+        "axial_divisions": Key("integer", "panels along the axis", 1, least=1, most=1000),
+    },
+    "single_ball": {
+        **_study(step=ADVISED, sample=0.005, restart=5.0),
+        "rest_s": Key("number", "rest before rotation, physical mill [s]", 0.1, least=0.0),
+    },
+    "multi_ball": {
+        **_study(step=ADVISED, sample=0.02, restart=1.0),
+        "settle_s": _positive("settling before rotation, physical mill [s]", 1.2),
+        "count": Key("integer", "balls in the whole length of each model", least=1, many=True),
+        "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),
+        "porosity": Key("number", "voids of the bed, with filling", 0.4, above=0.0, most=0.9),
+        "slice_length_m": _positive("length simulated instead of the scaled length [m]"),
+        "seeds": Key(
+            "integer", "of the initial packing, a case each", (1,), least=0, most=10**9, many=True
+        ),
+    },
+    "run": {
+        "ranks": Key("integer", "MPI ranks of a multi-ball case", 2, least=1, most=4096),
+        "jobs": Key("integer", "single-ball cases at a time", 2, least=1, most=4096),
+    },
+}  # fmt: skip
+
+REQUIRED_SECTIONS: Final = ("mill", "ball", "material")

@@ -1,0 +1,172 @@
+"""Reads a campaign file into checked values: syntax, keys, types and ranges, one key at a time."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mill_campaign.config_keys import REQUIRED, REQUIRED_SECTIONS, SECTIONS, Key
+from mill_campaign.errors import CampaignError, nearest
+from mill_campaign.units import split_unit
+
+# A campaign is a page of text; more than this is some other file.
+LARGEST_FILE_BYTES = 1 << 20
+LONGEST_LIST = 1000
+SHOWN_CHARACTERS = 60
+
+Section = Mapping[str, Any]
+
+
+def read_campaign(path: Path) -> dict[str, Section]:
+    """Checked sections of a campaign file, defaults filled in; sections left out are absent.
+
+    Raises:
+        CampaignError: unreadable file, unknown section or key, wrong type, value out of range.
+    """
+    tree = _parse(path)
+    for name, content in tree.items():
+        if name not in SECTIONS:
+            raise _unknown(path, name, "", SECTIONS)
+        if not isinstance(content, dict):
+            raise CampaignError(
+                path, name, f"got {_shown(content)}", f"a section, written [{name}]"
+            )
+    for name in REQUIRED_SECTIONS:
+        if name not in tree:
+            raise CampaignError(path, name, f"the section [{name}] is missing", _listed(SECTIONS))
+    optional = {"campaign", "liner", "scaling", "wall", "run"}
+    names = [name for name in SECTIONS if name in tree or name in optional]
+    for name in names:
+        _refuse_unknown(path, name, tree.get(name, {}))
+    return {name: _read_section(path, name, tree.get(name, {})) for name in names}
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(LARGEST_FILE_BYTES + 1)
+    except OSError as cause:
+        raise CampaignError(path, "", f"cannot be read: {cause.strerror}", "a TOML file") from None
+    if len(content) > LARGEST_FILE_BYTES:
+        raise CampaignError(path, "", "larger than 1 MiB", "a campaign file of a page or so")
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except UnicodeDecodeError as cause:
+        raise CampaignError(path, "", f"not UTF-8 text: {cause.reason}", "a TOML file") from None
+    except (ValueError, RecursionError) as cause:
+        raise CampaignError(path, "", f"not TOML: {cause}", "TOML 1.0, toml.io/en/v1.0.0") from None
+
+
+def _unknown(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
+    """Error of an unknown section or key, naming the nearest known one and its unit."""
+    key = f"{section}.{word}" if section else word
+    quantity, unit = split_unit(word)
+    siblings = [name for name in known if unit and split_unit(name)[0] == quantity]
+    near = siblings[0] if siblings else nearest(word, known)
+    cause = "unknown key" if section else "unknown section"
+    if siblings:
+        cause = f"wrong unit '{unit[1:]}'"
+    return CampaignError(
+        path, key, cause + (f", nearest is {near}" if near else ""), _listed(known)
+    )
+
+
+def _refuse_unknown(path: Path, section: str, content: Section) -> None:
+    known = SECTIONS[section]
+    for word in content:
+        if word not in known:
+            raise _unknown(path, word, section, known)
+
+
+def _read_section(path: Path, section: str, content: Section) -> dict[str, Any]:
+    values = {}
+    for name, key in SECTIONS[section].items():
+        where = f"{section}.{name}"
+        if name in content:
+            values[name] = read_value(path, where, key, content[name])
+        elif key.default is REQUIRED:
+            raise CampaignError(path, where, "missing", f"{key.accepted()} ({key.meaning})")
+        else:
+            values[name] = key.default
+    return values
+
+
+def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
+    """A value of the file if the key accepts it; a tuple if the key takes a list."""
+    if not key.many:
+        return _read_one(path, where, key, value)
+    items = value if isinstance(value, list) else [value]
+    if not 1 <= len(items) <= LONGEST_LIST:
+        raise CampaignError(
+            path, where, f"a list of {len(items)} values", f"1 to {LONGEST_LIST} values"
+        )
+    read = tuple(_read_one(path, where, key, item) for item in items)
+    repeated = next((item for i, item in enumerate(read) if item in read[:i]), None)
+    # Two models may well hold the same number of balls.
+    if repeated is not None and not where.endswith(".count"):
+        raise CampaignError(path, where, f"{_shown(repeated)} is given twice", "different values")
+    return read
+
+
+def _read_one(path: Path, where: str, key: Key, value: Any) -> Any:
+    """One value of the right type and range; numbers become float."""
+    if isinstance(value, str) and value in key.choices:
+        return value
+    fits = {
+        "number": isinstance(value, int | float) and not isinstance(value, bool),
+        "integer": isinstance(value, int) and not isinstance(value, bool),
+        "flag": isinstance(value, bool),
+        "text": isinstance(value, str) and not key.choices and _is_line(value),
+    }[key.type]
+    if not fits:
+        raise _refused(path, where, key, value)
+    if key.type in ("number", "integer"):
+        try:
+            number = float(value)
+        except OverflowError:
+            raise _refused(path, where, key, value) from None
+        if not _in_range(key, number):
+            raise _refused(path, where, key, value)
+        return number if key.type == "number" else value
+    return value
+
+
+def _refused(path: Path, where: str, key: Key, value: Any) -> CampaignError:
+    hint = ""
+    if isinstance(value, str) and key.choices:
+        near = nearest(value, key.choices)
+        hint = f', nearest is "{near}"' if near else ""
+    cause = (
+        f"{key.meaning}: got {_shown(value)}{hint}" if key.meaning else f"got {_shown(value)}{hint}"
+    )
+    return CampaignError(path, where, cause, key.accepted())
+
+
+def _in_range(key: Key, number: float) -> bool:
+    return (
+        math.isfinite(number)
+        and (key.above is None or number > key.above)
+        and (key.least is None or number >= key.least)
+        and (key.most is None or number <= key.most)
+    )
+
+
+def _is_line(text: str) -> bool:
+    return text.isprintable() and len(text) <= LONGEST_LIST
+
+
+def _shown(value: Any) -> str:
+    """A value as TOML would write it, shortened."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"a number of {value.bit_length()} bits"
+    text = f'"{value}"' if isinstance(value, str) else repr(value)
+    return text if len(text) <= SHOWN_CHARACTERS else text[: SHOWN_CHARACTERS - 3] + "..."
+
+
+def _listed(known: Mapping[str, object]) -> str:
+    return ", ".join(sorted(known, key=str.lower))

@@ -1,0 +1,122 @@
+"""The studies of a campaign: which models, how long, with which charge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mill_campaign.config import Charge, Mill, Study
+from mill_campaign.config_keys import ADVISED, KINDS
+from mill_campaign.errors import CampaignError
+from mill_campaign.units import AGREEMENT, resolve
+
+Section = Mapping[str, Any]
+
+
+def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> Study:
+    """The study of section `name`; what it leaves out is taken from [scaling].
+
+    Raises:
+        CampaignError: contradictory or missing keys.
+    """
+    section, scaling = sections[name], sections["scaling"]
+    ratios = _ratios(path, name, section, mill) or _ratios(path, "scaling", scaling, mill)
+    if ratios is None:
+        raise CampaignError(path, "scaling.S", "missing", "S or scaled_radius_m, a list of numbers")
+    _check_radii(path, ratios, mill, sections["ball"]["radius_m"])
+    single = name == "single_ball"
+    return Study(
+        kind=KINDS[name],
+        ratios=ratios,
+        schemes=section["schemes"] or scaling["schemes"],
+        policies=section["policies"] or scaling["policies"],
+        step=None if section["step_s"] == ADVISED else section["step_s"],
+        wait=section["rest_s"] if single else section["settle_s"],
+        rotation_angle=_rotation_angle(path, name, section, mill),
+        sample_angle=section["sample_angle_rad"],
+        dump_angle=section["dump_angle_rad"],
+        restart_angle=section["restart_angle_rad"],
+        charge=None if single else _charge(path, section, ratios, mill),
+    )
+
+
+def _ratios(path: Path, name: str, section: Section, mill: Mill) -> tuple[float, ...] | None:
+    """S of the models of a section, from S or the scaled radii; both must agree, S is used."""
+    ratios, radii = section["S"], section["scaled_radius_m"]
+    if radii is None:
+        return ratios
+    key = f"{name}.scaled_radius_m"
+    from_radii = tuple(mill.radius / radius for radius in radii)
+    for ratio, radius in zip(from_radii, radii, strict=True):
+        if ratio < 1.0:
+            raise CampaignError(
+                path,
+                key,
+                f"{radius:g} makes S = {ratio:.4g}",
+                f"<= mill.radius_m = {mill.radius:g}",
+            )
+    if ratios is None:
+        return from_radii
+    if len(ratios) != len(radii):
+        raise CampaignError(
+            path, key, f"{len(radii)} radii, but {len(ratios)} S", "one radius for each S"
+        )
+    for ratio, other, radius in zip(ratios, from_radii, radii, strict=True):
+        if abs(ratio - other) > AGREEMENT * ratio:
+            raise CampaignError(
+                path,
+                key,
+                f"contradicts S: {radius:g} is S = {other:.6g}, S has {ratio:.6g}",
+                f"one of the two, or values that agree within {AGREEMENT:.1%}",
+            )
+    return ratios
+
+
+def _check_radii(path: Path, ratios: tuple[float, ...], mill: Mill, ball_radius: float) -> None:
+    for ratio in ratios:
+        if mill.radius / ratio <= ball_radius:
+            raise CampaignError(
+                path,
+                "scaling.S",
+                f"got {ratio:g}: the scaled mill radius {mill.radius / ratio:.4g} m is not above "
+                f"ball.radius_m = {ball_radius:g}",
+                f"S < {mill.radius / ball_radius:g}",
+            )
+
+
+def _rotation_angle(path: Path, name: str, section: Section, mill: Mill) -> float:
+    forms = {
+        "rotation_angle_rad": lambda value: value,
+        "revolutions": lambda value: value * math.tau,
+        "rotation_s": lambda value: value * mill.omega,
+    }
+    angle = resolve(section, forms, "rad", (path, name))
+    if angle is None:
+        raise CampaignError(
+            path, name, "the mill rotation is missing", "one of " + ", ".join(forms)
+        )
+    return angle
+
+
+def _charge(path: Path, section: Section, ratios: tuple[float, ...], mill: Mill) -> Charge:
+    counts, filling = section["count"], section["filling"]
+    if (counts is None) == (filling is None):
+        what = "both given" if counts else "missing"
+        raise CampaignError(path, "multi_ball.count", f"and filling {what}", "one of the two")
+    if counts is not None and len(counts) != len(ratios):
+        raise CampaignError(
+            path, "multi_ball.count", f"{len(counts)} counts for {len(ratios)} S", "one for each S"
+        )
+    slice_length = section["slice_length_m"]
+    shortest = mill.length / max(ratios)
+    # A length typed from the scaled mill is rounded: 385 mm for 384.6 mm.
+    if slice_length is not None and slice_length > shortest * (1.0 + AGREEMENT):
+        raise CampaignError(
+            path,
+            "multi_ball.slice_length_m",
+            f"got {slice_length:g}, longer than the shortest model",
+            f"<= {shortest:.6g}",
+        )
+    return Charge(counts, filling, section["porosity"], slice_length, section["seeds"])

@@ -1,0 +1,36 @@
+"""The decks of a case folder: copies of the templates, which the user may edit and run by hand."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+_INCLUDE = re.compile(r"^\s*include\s+(\S+\.in)\b", re.M)
+PARAMETERS_FILE = "parameters.in"
+
+
+def template_folder() -> Path:
+    """Where the decks are: beside this file when installed, at the top of the sources otherwise."""
+    installed = Path(__file__).parent / "templates"
+    return installed if installed.is_dir() else Path(__file__).parents[2] / "templates"
+
+
+def with_included(decks: tuple[str, ...], folder: Path) -> list[str]:
+    """The decks and every file they include, themselves or through others; no parameters.in."""
+    found: list[str] = []
+    waiting = list(decks)
+    while waiting:
+        name = waiting.pop(0)
+        if name in found or name == PARAMETERS_FILE:
+            continue
+        found.append(name)
+        waiting += _INCLUDE.findall((folder / name).read_text())
+    return found
+
+
+def copy_decks(decks: tuple[str, ...], destination: Path) -> None:
+    """Copy the decks and what they include; the copies are new files with a new date."""
+    templates = template_folder()
+    for name in with_included(decks, templates):
+        shutil.copyfile(templates / name, destination / name)

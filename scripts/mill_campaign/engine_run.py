@@ -1,0 +1,124 @@
+"""Runs a deck in the engine under mpirun, and says in the engine's own words why it failed."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from mill_campaign.engine_log import error_line, read_log
+from mill_campaign.errors import CampaignError
+from mill_campaign.machine import available_cores, physical_cores
+
+ENGINE = "liggghts_mill"
+ENGINE_VARIABLE = "MILLSCALE_ENGINE"
+_GRACE_S = 10.0
+
+
+class EngineError(RuntimeError):
+    """The engine did not come to the end of its deck."""
+
+
+def find_engine() -> Path:
+    """The executable: $MILLSCALE_ENGINE, beside this Python, on the PATH or in build/."""
+    named = os.environ.get(ENGINE_VARIABLE)
+    if named:
+        if not os.access(named, os.X_OK):
+            raise CampaignError(
+                ENGINE_VARIABLE, "", f"got {named}", "the path of an executable file"
+            )
+        return Path(named).absolute()
+    on_path = shutil.which(ENGINE)
+    source_build = Path(__file__).parents[2] / "build" / "liggghts_ext" / ENGINE
+    candidates = [
+        Path(sys.executable).parent / ENGINE,
+        *([Path(on_path)] if on_path else []),
+        source_build,
+    ]
+    for candidate in candidates:
+        if os.access(candidate, os.X_OK):
+            return candidate.absolute()
+    raise CampaignError(
+        ENGINE, "", f"not found beside {sys.executable}, on the PATH or in build/",
+        f"run scripts/setup, or set {ENGINE_VARIABLE} to the executable",
+    )  # fmt: skip
+
+
+def mpirun_line(engine: Path | str, deck: str, log: str, ranks: int) -> list[str]:
+    """The command that runs a deck.
+
+    The screen output stays on: with `-screen none` the engine loses every error of a rank above 0.
+    Ranks are not bound: several mpirun at once would bind to the same core.
+    """
+    line = ["mpirun", "-np", str(ranks), "--bind-to", "none"]
+    if ranks > available_cores():
+        line.append("--oversubscribe")
+    elif ranks > physical_cores():
+        line.append("--use-hwthread-cpus")
+    return [*line, str(engine), "-in", deck, "-log", log]
+
+
+def mpirun_text(line: list[str]) -> str:
+    """The command as one would type it."""
+    return shlex.join(line)
+
+
+def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: Path) -> float:
+    """Run a deck in `folder`; returns the wall time [s]. It prints to this process's output.
+
+    Args:
+        lock: descriptor that the engine inherits, so that the folder stays locked while it lives.
+        screen: the file this process's output goes to; searched for errors.
+    """
+    line = mpirun_line(find_engine(), deck, log, ranks)
+    print(mpirun_text(line), flush=True)
+    begin = time.monotonic()
+    try:
+        # A session of its own: a Ctrl-C reaches the stage only, which then ends mpirun once.
+        process = subprocess.Popen(
+            line,
+            cwd=folder,
+            env=_environment(),
+            stdin=subprocess.DEVNULL,
+            pass_fds=(lock,),
+            start_new_session=True,
+        )
+    except FileNotFoundError:
+        raise EngineError("mpirun not found on the PATH: run scripts/setup") from None
+    try:
+        code = process.wait()
+    except BaseException:
+        _end(process)
+        raise
+    cause = error_line(read_log(folder / log, screen))
+    if code != 0 or cause:
+        raise EngineError(cause or _exit_text(code))
+    return time.monotonic() - begin
+
+
+def _environment() -> dict[str, str]:
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return environment
+
+
+def _end(process: subprocess.Popen) -> None:
+    process.terminate()
+    try:
+        process.wait(_GRACE_S)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)
+        process.wait()
+
+
+def _exit_text(code: int) -> str:
+    return (
+        f"mpirun ended by signal {-code}"
+        if code < 0
+        else f"mpirun ended with exit code {code}, no error in the log"
+    )

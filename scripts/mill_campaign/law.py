@@ -1,0 +1,151 @@
+"""The similarity law and the liner, taken from `mill_core`, applied to the models of a campaign."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mill_core
+
+from mill_campaign.config import Campaign, LinerShape, Study
+from mill_campaign.config_keys import POLICIES, SCHEMES
+from mill_campaign.errors import CampaignError
+
+
+@dataclass(frozen=True)
+class Model:
+    """A scaled mill of a study, before times and charge.
+
+    Attributes:
+        study: the study it belongs to.
+        index: position of its S in the study's list.
+        scheme, policy, S, time_factor: request to the law; time_factor 0 but for scheme froude.
+        scaled: mill_core.ScaledMill, the operating point and the factors.
+        liner: mill_core.Liner of the scaled mill.
+        length: length of the scaled mill along the axis [m].
+        simulated_length: periodic length simulated, shorter if a slice is taken [m].
+        youngs_modulus: of balls and wall in this model [Pa].
+    """
+
+    study: Study
+    index: int
+    scheme: str
+    policy: str
+    S: float
+    time_factor: float
+    scaled: mill_core.ScaledMill
+    liner: mill_core.Liner
+    length: float
+    simulated_length: float
+    youngs_modulus: float
+
+    @property
+    def velocity_factor(self) -> float:
+        """Velocity, scaled / physical."""
+        return mill_core.factor(self.scaled.base, 1, 0, -1)
+
+
+def physical_mill(campaign: Campaign) -> mill_core.OperatingPoint:
+    """Operating point of the physical mill."""
+    mill = campaign.mill
+    return mill_core.OperatingPoint(mill.radius, campaign.ball.radius, mill.gravity, mill.omega)
+
+
+def physical_liner(campaign: Campaign) -> mill_core.Liner:
+    """Liner of the physical mill.
+
+    Raises:
+        CampaignError: no such liner exists.
+    """
+    shape: LinerShape = campaign.liner
+    try:
+        if shape.face_angle is not None:
+            return mill_core.Liner.from_face_angle(
+                campaign.mill.radius,
+                shape.lifter_top_radius,
+                shape.lifter_top_width,
+                shape.face_angle,
+                shape.lifters,
+                shape.phase,
+            )
+        return mill_core.Liner(
+            campaign.mill.radius,
+            shape.lifter_top_radius,
+            shape.lifter_top_width,
+            shape.groove_width,
+            shape.lifters,
+            shape.phase,
+        )
+    except ValueError as cause:
+        raise CampaignError(campaign.file, "liner", f"impossible liner: {cause}") from None
+
+
+def models_of(campaign: Campaign, study: Study) -> list[Model]:
+    """The models of a study by policy, scheme and S, in the law's order of names.
+
+    At S = 1 every policy is the physical mill itself: it is kept once per scheme, under `paper` (or
+    the first policy asked for), and is the reference of all of them.
+    """
+    policies = sorted(study.policies, key=POLICIES.index)
+    models = []
+    for policy in policies:
+        for scheme in sorted(study.schemes, key=SCHEMES.index):
+            for S in sorted(study.ratios):
+                if S > 1.0 or policy == policies[0]:
+                    models.append(_model(campaign, study, scheme, policy, S))
+    return models
+
+
+def _model(campaign: Campaign, study: Study, scheme: str, policy: str, S: float) -> Model:
+    time_factor = _time_factor(campaign, S) if scheme == "froude" else 0.0
+    physical = physical_liner(campaign)
+    try:
+        scaled = mill_core.scale(
+            physical_mill(campaign),
+            S,
+            scheme,
+            policy,
+            time_factor,
+            campaign.mill.allow_centrifuging,
+        )
+        offset = policy == "offset-liner"
+        liner = physical.offset_scaled(S, campaign.ball.radius) if offset else physical.scaled(S)
+    except ValueError as cause:
+        key = f"scaling (scheme {scheme}, policy {policy}, S = {S:g})"
+        raise CampaignError(campaign.file, key, str(cause)) from None
+    length = campaign.mill.length / S
+    piece = study.charge.slice_length if study.charge else None
+    _check_length(campaign, S, piece or length)
+    matched = campaign.stiffness == "overlap-matched"
+    stiffness_factor = mill_core.factor(scaled.base, 2, 0, -2) if matched else 1.0
+    return Model(
+        study=study,
+        index=study.ratios.index(S),
+        scheme=scheme,
+        policy=policy,
+        S=S,
+        time_factor=time_factor,
+        scaled=scaled,
+        liner=liner,
+        length=length,
+        simulated_length=min(piece or length, length),
+        youngs_modulus=campaign.material.youngs_modulus * stiffness_factor,
+    )
+
+
+def _time_factor(campaign: Campaign, S: float) -> float:
+    if campaign.time_exponent is not None:
+        return math.pow(S, campaign.time_exponent)
+    return campaign.time_factor
+
+
+def _check_length(campaign: Campaign, S: float, length: float) -> None:
+    """The piece of mill must be longer than a ball, or a ball would touch its periodic image."""
+    largest = campaign.ball.radius + campaign.ball.radius_std * campaign.ball.truncation
+    if length < 2.0 * largest:
+        raise CampaignError(
+            campaign.file,
+            "mill.length_m",
+            f"{length:.4g} m at S = {S:g} is shorter than a ball of {2.0 * largest:g} m",
+            "a length, slice or S that leaves at least one ball diameter",
+        )

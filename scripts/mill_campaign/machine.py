@@ -1,0 +1,98 @@
+"""The machine: how many cores it offers, how cases share them, its name in timing.json."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+from mill_campaign.errors import CampaignError
+
+_QUOTA = Path("/sys/fs/cgroup/cpu.max")
+
+
+@dataclass(frozen=True)
+class CoreWish:
+    """What someone wants: ranks of a multi-ball case, cases at a time; None leaves it open."""
+
+    ranks: int | None = None
+    jobs: int | None = None
+    oversubscribe: bool = False
+
+
+@dataclass(frozen=True)
+class Allocation:
+    """How the cores are shared.
+
+    Attributes:
+        ranks: MPI ranks of a multi-ball case; a single ball runs on one.
+        jobs: the most cases that run at a time.
+        cores: the most cores in use at a time.
+    """
+
+    ranks: int
+    jobs: int
+    cores: int
+
+
+def available_cores() -> int:
+    """Cores this process may use: its CPU affinity, lowered by the quota of its container."""
+    cores = len(os.sched_getaffinity(0))
+    try:
+        quota, period = _QUOTA.read_text().split()
+        return max(1, min(cores, math.ceil(int(quota) / int(period))))
+    except (OSError, ValueError):
+        return cores
+
+
+def physical_cores() -> int:
+    """Cores of the machine, not counting a second thread of the same core."""
+    return psutil.cpu_count(logical=False) or available_cores()
+
+
+def hardware() -> dict[str, str | int]:
+    """Processor model, its cores, and the cores this process may use, as in timing.json."""
+    return {"cpu": _cpu_model(), "cores": physical_cores(), "available_cores": available_cores()}
+
+
+def _cpu_model() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return "unknown"
+    entries = {key.strip(): value.strip() for key, _, value in (x.partition(":") for x in lines)}
+    return entries.get("model name") or entries.get("Model") or "unknown"
+
+
+def allocate(kinds: set[str], asked: CoreWish, usual: CoreWish = CoreWish()) -> Allocation:
+    """Share the cores; what nobody asked for fills the machine.
+
+    Cases of a single ball go side by side; a multi-ball case takes all cores that `jobs` leaves it.
+
+    Args:
+        kinds: the kinds of the cases to run.
+        asked: must be met.
+        usual: stands for what is not asked for, as far as the machine allows.
+
+    Raises:
+        CampaignError: more cores are asked for than there are, without `oversubscribe`.
+    """
+    cores = available_cores()
+    given = {"--ranks": asked.ranks, "--jobs": asked.jobs}
+    for option, value in given.items():
+        if value is not None and value < 1:
+            raise CampaignError("millscale run", option, f"got {value}", "a whole number >= 1")
+    wanted = (asked.jobs or 1) * ((asked.ranks or 1) if "multi-ball" in kinds else 1)
+    if wanted > cores and not asked.oversubscribe:
+        raise CampaignError(
+            "millscale run",
+            " ".join(f"{option} {value}" for option, value in given.items() if value),
+            f"needs {wanted} cores, this machine offers {cores}",
+            f"at most {cores} in all, or --oversubscribe, which is slower",
+        )
+    free = max(1, cores // (asked.jobs or 1))
+    ranks = asked.ranks or min(usual.ranks or free, free)
+    return Allocation(ranks, asked.jobs or min(usual.jobs or cores, cores), max(cores, wanted))

@@ -1,0 +1,95 @@
+"""What a case models and what it leaves out, each with its reason."""
+
+from __future__ import annotations
+
+import math
+
+from mill_campaign.config import Campaign
+from mill_campaign.law import Model, physical_mill
+from mill_campaign.time_step import impact_speed
+
+Statement = dict[str, str]
+
+POLICY_REASONS = {
+    "paper": "the law for point masses is applied as printed",
+    "corrected": "speed or gravity follow the path of the ball's centre, R - a",
+    "offset-liner": "the liner is built so that the path of the ball's centre scales",
+}
+AIR_DENSITY = 1.2
+# Of a sphere at Reynolds numbers of 1e3 to 2e5: balls of 1 to 300 mm at 10 m/s.
+DRAG_COEFFICIENT = 0.47
+
+
+def statements(campaign: Campaign, model: Model) -> dict[str, list[Statement]]:
+    """`in` and `out`: lists of {what, reason}."""
+    return {"in": _modelled(campaign, model), "out": _left_out(campaign, model)}
+
+
+def _say(what: str, reason: str) -> Statement:
+    return {"what": what, "reason": reason}
+
+
+def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
+    said = [
+        _say(
+            "Hertz-Mindlin contacts with damping", "Eqs. 16-21 of the paper; normal force of Hertz"
+        ),
+        _say(
+            "tangential history and Coulomb's limit",
+            "no slip until mu F_n; sets lift and detachment",
+        ),
+        _say("rolling friction as a directional constant torque (cdt)", "Eq. 22 of the paper"),
+        _say(
+            "lifters as rigid rotating surfaces",
+            "they throw the balls; moved exactly about the axis",
+        ),
+        _say("periodic ends", "a piece of a long mill, as in the paper"),
+        _say(
+            "wall with the elastic constants of the balls",
+            "assumption: the paper gives none for the mill, only friction and restitution",
+        ),
+    ]
+    if model.study.kind == "multi-ball":
+        said.append(_say("settling before rotation", "the bed at rest is the initial state"))
+        if campaign.ball.radius_std > 0.0:
+            said.append(_say("normal distribution of ball radii", "given by the campaign"))
+    if campaign.stiffness == "overlap-matched":
+        said.append(
+            _say(
+                "Young's modulus scaled with velocity squared",
+                "keeps overlap / ball radius, hence the contact law's groups",
+            )
+        )
+    return said
+
+
+def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
+    said = [
+        _say("ore, powder and slurry", "the paper studies balls alone"),
+        _say("air drag", _drag(campaign)),
+        _say("breakage and wear", "balls and liner keep their shape over a few turns"),
+        _say("end walls", "periodic along the axis"),
+        _say("motion and bending of the mill", "rigid mill at a prescribed speed"),
+    ]
+    if model.S > 1.0:
+        said.append(
+            _say(
+                "scaling of the ball radius",
+                f"the method keeps the balls, so a / R grows by S; policy {model.policy}: "
+                + POLICY_REASONS[model.policy],
+            )
+        )
+    if model.study.kind == "single-ball":
+        said.append(_say("other balls", "one ball alone, to test the law of detachment and flight"))
+    elif campaign.ball.radius_std == 0.0:
+        said.append(_say("spread of ball radii", "the paper does not give its standard deviation"))
+    return said
+
+
+def _drag(campaign: Campaign) -> str:
+    """Drag of a ball over its weight at the speed of impact in the physical mill."""
+    ball = campaign.ball
+    speed = impact_speed(physical_mill(campaign))
+    drag = 0.5 * AIR_DENSITY * speed**2 * DRAG_COEFFICIENT * math.pi * ball.radius**2
+    weight = 4.0 / 3.0 * math.pi * ball.radius**3 * ball.density * campaign.mill.gravity
+    return f"{drag / weight:.1%} of a ball's weight at its fastest, {speed:.2g} m/s, physical mill"

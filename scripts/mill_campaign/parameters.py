@@ -1,0 +1,83 @@
+"""parameters.in: the numbers of a case as variables of the engine's decks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+FILE = "parameters.in"
+LINER_FILE = "liner.stl"
+
+
+def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
+    """Name -> value of every variable the decks may use, SI units, angles in rad unless named _deg.
+
+    Args:
+        case: content of case.json.
+    """
+    physical, mill, ball, time = (case[part] for part in ("physical", "mill", "ball", "time"))
+    centrifuging = case["allow_centrifuging"]
+    x, y, z = ball.get("start_m", (0.0, 0.0, 0.0))
+    return {
+        "mill_radius_physical": physical["radius_m"],
+        "gravity_physical": physical["gravity_m_s2"],
+        "omega_physical": physical["omega_rad_s"],
+        "S": case["S"],
+        "scheme": case["scheme"],
+        "policy": case["policy"],
+        "time_factor": case["time_factor"],
+        "allow_centrifuging": "yes" if centrifuging else "no",
+        "centrifuging": "allow" if centrifuging else "refuse",
+        "ball_radius": ball["radius_m"],
+        "ball_density": ball["density_kg_m3"],
+        "ball_x": x,
+        "ball_y": y,
+        "ball_z": z,
+        **_material(case["material"]),
+        "mill_radius": mill["radius_m"],
+        "lifter_top_radius": mill["lifter_top_radius_m"],
+        "lifters": mill["lifters"],
+        "phase": mill["phase_rad"],
+        "length": mill["simulated_length_m"],
+        "half_box": case["domain"]["half_box_m"],
+        "skin": case["domain"]["skin_m"],
+        "curvature_deg": case["wall"]["curvature_deg"],
+        "liner_file": LINER_FILE,
+        "time_step": time["step_s"],
+        "start_time": time["start_s"],
+        "rest_steps": time["rest_steps"],
+        "settle_steps": time["settle_steps"],
+        "rotation_steps": time["rotation_steps"],
+        **{
+            name: case["output"][name]
+            for name in ("sample_steps", "dump_steps", "restart_steps", "thermo_steps")
+        },
+    }
+
+
+def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
+    """Write parameters.in of a case to a folder.
+
+    Variables are of style string: the engine prints other styles with 15 digits, which would not
+    bring a number back exactly.
+    """
+    lines = [f"# {case['id']}: values of the decks, SI units"]
+    lines += [
+        f"variable {name} string {value if isinstance(value, str) else repr(value)}"
+        for name, value in parameters(case).items()
+    ]
+    (Path(folder) / FILE).write_text("\n".join(lines) + "\n")
+
+
+def _material(material: Mapping[str, Any]) -> dict[str, float]:
+    coefficients = ("restitution", "static_friction", "rolling_friction")
+    return {
+        "youngs_modulus": material["youngs_modulus_pa"],
+        "poisson_ratio": material["poisson_ratio"],
+        **{
+            f"{name}_{pair}": material[f"{name}_{pair}"]
+            for name in coefficients
+            for pair in ("pp", "pw")
+        },
+    }

@@ -1,0 +1,117 @@
+"""The plan of a campaign: its cases with every derived number, before anything is written."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.console import Group
+from rich.markup import escape
+from rich.table import Table
+
+from mill_campaign.case import Case, cases_of
+from mill_campaign.config import Campaign
+from mill_campaign.cost import wall_time
+from mill_campaign.display import duration
+
+Row = dict[str, Any]
+
+
+def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
+    """One row for each case; SI units, the unit at the end of each key.
+
+    Args:
+        ranks: MPI ranks to predict multi-ball cases for; the campaign's [run] ranks if None.
+    """
+    return [_row(case, ranks or campaign.ranks) for case in cases_of(campaign)]
+
+
+def _row(case: Case, ranks: int) -> Row:
+    mill, time, ball = case["mill"], case["time"], case["ball"]
+    ranks = 1 if case.kind == "single-ball" else ranks
+    steps = time["settle_steps"] + time["steps"]
+    same_in_mill = (
+        "radius_m", "lifter_top_radius_m", "lifter_top_width_m", "groove_width_m", "length_m",
+        "simulated_length_m", "face_angle_deg", "gravity_m_s2", "omega_rad_s", "froude",
+        "percent_of_critical", "detach_angle_deg", "regime",
+    )  # fmt: skip
+    same_in_time = (
+        "rotation_angle_rad", "rayleigh_fraction", "limit_fraction", "steps_per_contact",
+    )  # fmt: skip
+    return {
+        **{key: case[key] for key in ("id", "kind", "scheme", "policy", "S", "seed")},
+        **{key: mill[key] for key in same_in_mill},
+        "balls": ball["count"],
+        "total_mass_kg": ball["count"] * ball["mass_kg"],
+        "youngs_modulus_pa": case["material"]["youngs_modulus_pa"],
+        "time_step_s": time["step_s"],
+        "time_step_choice": time["step_choice"],
+        "steps": steps,
+        **{key: time[key] for key in same_in_time},
+        "predicted_energy_ratio": case["predicted_energy_ratio"],
+        "centre_path_energy_ratio": case["centre_path_energy_ratio"],
+        "groups": case["groups"],
+        "particle_steps": ball["count"] * steps,
+        "ranks": ranks,
+        "predicted_wall_time_s": wall_time(
+            case.kind, ball["count"], case["wall"]["triangles"], steps, ranks
+        ),
+        "warnings": case["warnings"],
+        "model": case["model"],
+    }
+
+
+def render_plan(rows: list[Row]) -> Group:
+    """The plan for a terminal: cases, their cost, warnings, what is modelled and what is not."""
+    table = Table(
+        title=f"{len(rows)} cases", title_justify="left", caption_justify="left", box=None
+    )
+    table.caption = (
+        "dt/T_R: step over Rayleigh time; dt/limit: over the damping limit of the bed; "
+        "dE: predicted energy ratio; time: predicted"
+    )
+    for heading, _ in COLUMNS:
+        table.add_column(heading, justify="left" if heading == "case" else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(escape(text(row)) for _, text in COLUMNS))
+    return Group(table, "", *_notes(rows))
+
+
+COLUMNS = (
+    ("case", lambda row: row["id"]),
+    ("R m", lambda row: f"{row['radius_m']:.3f}"),
+    ("g m/s2", lambda row: f"{row['gravity_m_s2']:.3f}"),
+    ("rad/s", lambda row: f"{row['omega_rad_s']:.4f}"),
+    ("Fr", lambda row: f"{row['froude']:.3f}"),
+    ("% crit", lambda row: f"{row['percent_of_critical']:.1f}"),
+    ("dE", lambda row: f"{row['predicted_energy_ratio']:.3f}"),
+    ("balls", lambda row: f"{row['balls']:,}"),
+    ("dt s", lambda row: f"{row['time_step_s']:.2e}"),
+    ("dt/T_R", lambda row: f"{row['rayleigh_fraction']:.3f}"),
+    ("dt/limit", lambda row: f"{row['limit_fraction']:.2f}"),
+    ("steps", lambda row: f"{row['steps']:,}"),
+    ("time", lambda row: duration(row["predicted_wall_time_s"])),
+)
+
+
+def _notes(rows: list[Row]) -> list[str]:
+    """What goes for all cases or several of them, below the table."""
+    notes = []
+    for kind in dict.fromkeys(row["kind"] for row in rows):
+        some = [row for row in rows if row["kind"] == kind]
+        total = duration(sum(row["predicted_wall_time_s"] for row in some))
+        ranks = some[0]["ranks"]
+        on = "1 rank" if ranks == 1 else f"{ranks} ranks"
+        choices = ", ".join(dict.fromkeys(row["time_step_choice"] for row in some))
+        notes.append(f"{kind}: {len(some)} cases, {total} one after the other on {on}")
+        notes.append(escape(f"  time step {choices}"))
+    for warning in dict.fromkeys(text for row in rows for text in row["warnings"]):
+        ids = [row["id"] for row in rows if warning in row["warnings"]]
+        more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
+        notes.append(f"[yellow]warning[/yellow] {escape(f'{ids[0]}{more}: {warning}')}")
+    for side, title in (("in", "modelled"), ("out", "left out")):
+        said = dict.fromkeys(
+            (entry["what"], entry["reason"]) for row in rows for entry in row["model"][side]
+        )
+        notes.append(f"{title}:")
+        notes += [escape(f"  {what}: {reason}") for what, reason in said]
+    return notes

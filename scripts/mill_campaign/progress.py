@@ -1,0 +1,73 @@
+"""How far the engine is with a stage, read from the files it writes while it runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from mill_campaign.case import Case
+from mill_campaign.stage_table import Stage
+
+_THERMO = re.compile(r"^\s+(\d+)\s+\d+\s", re.M)
+_TAIL_BYTES = 8192
+
+
+def stage_steps(case: Case, stage: Stage) -> int:
+    """Steps the engine makes in a stage; 0 for a stage without engine."""
+    if not stage.deck:
+        return 0
+    return case["time"]["settle_steps" if stage.name == "settle" else "steps"]
+
+
+def stage_step(folder: Path, case: Case, stage: Stage) -> int:
+    """Steps done of an engine stage that is running or has stopped on the way.
+
+    Args:
+        folder: case folder; the stage works in its part folder.
+    """
+    part = folder / f"{stage.name}.part"
+    if not stage.deck:
+        return 0
+    if stage.name == "settle":
+        step = _last_thermo_step(part / f"log.{stage.name}")
+    else:
+        step = int(last_value(part / "series.csv", "step")) - _steps_before(case, part)
+    return min(max(step, 0), stage_steps(case, stage))
+
+
+def last_value(path: Path, column: str) -> float:
+    """The last value of a column of a series that may be growing; 0 before the first full line."""
+    try:
+        with path.open("rb") as file:
+            names = file.readline().decode().strip().split(",")
+            header_end = file.tell()
+            file.seek(max(header_end, path.stat().st_size - _TAIL_BYTES))
+            lines = file.read().decode(errors="replace").split("\n")[:-1]
+    except FileNotFoundError:
+        return 0.0
+    rows = [row for row in (line.split(",") for line in lines) if len(row) == len(names)]
+    if not rows or column not in names:
+        return 0.0
+    return float(rows[-1][names.index(column)])
+
+
+def _last_thermo_step(log: Path) -> int:
+    try:
+        with log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - _TAIL_BYTES))
+            steps = _THERMO.findall(file.read().decode(errors="replace"))
+    except FileNotFoundError:
+        return 0
+    return int(steps[-1]) if steps else 0
+
+
+def _steps_before(case: Case, part: Path) -> int:
+    """Steps counted before the rotation began: a run from a restart file counts on."""
+    settled = case["time"]["settle_steps"]
+    try:
+        with (part / "series.csv").open() as file:
+            file.readline()
+            first = int(file.readline().split(",")[0])
+    except (FileNotFoundError, ValueError):
+        return 0
+    return settled if first >= settled else 0

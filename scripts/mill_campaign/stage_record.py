@@ -1,0 +1,71 @@
+"""stage.json of a case folder: the stage worked on last, and how that went."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import psutil
+
+RECORD_FILE = "stage.json"
+
+
+@dataclass(frozen=True)
+class StageRecord:
+    """What was last done in a case folder.
+
+    Attributes:
+        state: running, done, failed or interrupted.
+        started, ended: seconds since 1970; `ended` is 0 while it runs.
+        process, process_started: the process that works on it, told apart from a later one with
+            the same number by its start.
+        cause: why it failed, one line.
+        log: file in the case folder that tells more.
+    """
+
+    stage: str
+    state: str
+    started: float
+    ended: float
+    process: int
+    process_started: float
+    cause: str = ""
+    log: str = ""
+
+    def alive(self) -> bool:
+        """Whether the process that works on the stage still exists on this machine."""
+        try:
+            return psutil.Process(self.process).create_time() == self.process_started
+        except psutil.Error:
+            return False
+
+
+def begin(folder: Path, stage: str) -> StageRecord:
+    """Record that this process works on a stage from now on."""
+    process = psutil.Process()
+    record = StageRecord(stage, "running", time.time(), 0.0, os.getpid(), process.create_time())
+    _write(folder, record)
+    return record
+
+
+def end(folder: Path, record: StageRecord, state: str, cause: str = "", log: str = "") -> None:
+    """Record how the stage ended."""
+    cause = " ".join(cause.split())
+    _write(folder, replace(record, state=state, ended=time.time(), cause=cause, log=log))
+
+
+def read_record(folder: Path) -> StageRecord | None:
+    """The record of a case folder; None if there is none that can be read."""
+    try:
+        return StageRecord(**json.loads((folder / RECORD_FILE).read_text()))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def _write(folder: Path, record: StageRecord) -> None:
+    part = folder / f"{RECORD_FILE}.part"
+    part.write_text(json.dumps(asdict(record), indent=1) + "\n")
+    part.replace(folder / RECORD_FILE)

@@ -1,0 +1,122 @@
+"""What each stage does. Every function makes its products in `task.part`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from mill_campaign.decks import copy_decks
+from mill_campaign.engine_log import loop_timing, read_log
+from mill_campaign.engine_run import run_deck
+from mill_campaign.stage_table import Stage
+from mill_campaign.timing import timing_record
+
+DUMP_FOLDER = "dump"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A stage of one case, and where it works.
+
+    Attributes:
+        case: content of case.json.
+        folder: case folder, to read from.
+        part: folder to write to.
+        ranks: MPI ranks.
+        lock: descriptor of the folder's lock, for the engine to inherit.
+        screen: file where the output of the stage goes.
+    """
+
+    stage: Stage
+    case: Mapping[str, Any]
+    folder: Path
+    part: Path
+    ranks: int
+    lock: int
+    screen: Path
+
+    @property
+    def log(self) -> str:
+        """Name of the engine's log."""
+        return f"log.{self.stage.name}"
+
+
+def mesh(task: Task) -> None:
+    # Imported by this stage alone: gmsh takes a second to load.
+    from liner_mesh import build_liner_mesh, lint, write_stl, write_vtp
+    from liner_mesh.curvature import curvature_range_deg
+
+    from mill_campaign.charge import liner_of
+
+    liner, wall = liner_of(task.case), task.case["wall"]
+    length = task.case["mill"]["simulated_length_m"]
+    surface = build_liner_mesh(liner, length, wall["chord_error_m"], wall["axial_divisions"])
+    report = lint(surface, liner, length, wall["chord_error_m"])
+    if not report.ok:
+        raise RuntimeError(f"liner mesh not fit for use: {'; '.join(report.problems)}")
+    low, high = curvature_range_deg(surface)
+    if not low < wall["curvature_deg"] < high:
+        raise RuntimeError(
+            f"wall.curvature_deg is {wall['curvature_deg']:g}, the mesh needs {low:g} to {high:g}"
+        )
+    _write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
+    write_stl(task.part / "liner.stl", surface)
+    write_vtp(task.part / "liner.vtp", surface)
+
+
+def charge(task: Task) -> None:
+    from mill_campaign.charge import write_charge
+
+    write_charge(task.case, task.part)
+
+
+def deck(task: Task) -> None:
+    from mill_campaign.parameters import write_parameters
+
+    copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
+    write_parameters(task.case, task.part)
+    if task.case["kind"] == "multi-ball":
+        # The engine makes no folders: here for those who run the deck by hand.
+        (task.part / DUMP_FOLDER).mkdir()
+
+
+def engine(task: Task) -> None:
+    """Run the stage's deck on links to the files of the case folder, and time it."""
+    for path in {*task.folder.glob("*.in"), *(task.folder / x for x in task.stage.inputs)}:
+        (task.part / path.name).symlink_to(Path("..") / path.name)
+    (task.part / DUMP_FOLDER).mkdir()
+    wall_time = run_deck(
+        task.stage.deck, task.part, task.ranks, task.lock, task.log, task.screen
+    )  # fmt: skip
+    loop = loop_timing(read_log(task.part / task.log))
+    if loop is None:
+        raise RuntimeError(f"{task.log} holds no finished run")
+    record = timing_record(task.stage.name, wall_time, loop)
+    completion = task.stage.products[-1]
+    _write_json(task.part / completion, record)
+    if not any((task.part / DUMP_FOLDER).iterdir()):
+        (task.part / DUMP_FOLDER).rmdir()
+
+
+def result(task: Task) -> None:
+    from mill_analysis import analyse_case
+
+    analyse_case(task.folder)
+    (task.folder / "result.json").replace(task.part / "result.json")
+
+
+def _write_json(path: Path, content: dict) -> None:
+    path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+WORK: dict[str, Callable[[Task], None]] = {
+    "mesh": mesh,
+    "charge": charge,
+    "deck": deck,
+    "settle": engine,
+    "rotate": engine,
+    "result": result,
+}

@@ -1,0 +1,147 @@
+"""Runs one stage of a case: `python -m mill_campaign.stages STAGE CASE_FOLDER [--ranks N]`.
+
+A stage works in CASE_FOLDER/STAGE.part and renames its products into the case folder at the end,
+so a stage that fails or is interrupted leaves none. What it prints goes to out.STAGE.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import signal
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from mill_campaign import stage_record
+from mill_campaign.errors import CampaignError
+from mill_campaign.folder_lock import hold
+from mill_campaign.stage_table import CASE_FILE, STAGES, Stage, stage_of
+from mill_campaign.stage_work import WORK, Task
+
+INTERRUPTED = 130
+
+
+def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
+    """Run one stage; returns 0, 1 if it failed, 130 if it was interrupted.
+
+    Args:
+        folder: case folder with its case.json.
+        ranks: MPI ranks, for the stages that run the engine.
+    """
+    # Not through Case: what it needs takes longer to load than most stages take.
+    case = json.loads((folder / CASE_FILE).read_text())
+    stage = stage_of(case["kind"], name)
+    screen = folder / f"out.{name}"
+    with hold(folder) as lock:
+        record = stage_record.begin(folder, name)
+        task = Task(stage, case, folder, folder / f"{name}.part", ranks, lock, screen)
+        try:
+            with _output_to(screen):
+                _make(task)
+        except KeyboardInterrupt:
+            stage_record.end(folder, record, "interrupted")
+            return INTERRUPTED
+        except Exception as error:
+            cause = str(error) or type(error).__name__
+            stage_record.end(folder, record, "failed", cause, _log_of(folder, stage, screen))
+            return 1
+        stage_record.end(folder, record, "done")
+    if screen.stat().st_size == 0:
+        screen.unlink()
+    return 0
+
+
+def _make(task: Task) -> None:
+    """Do the work of a stage in its own folder, then publish what it made."""
+    for product in task.stage.products:
+        (task.folder / product).unlink(missing_ok=True)
+    shutil.rmtree(task.part, ignore_errors=True)
+    task.part.mkdir()
+    try:
+        WORK[task.stage.name](task)
+        missing = [x for x in task.stage.products if not (task.part / x).exists()]
+        if missing:
+            raise RuntimeError(f"stage {task.stage.name} ended without {', '.join(missing)}")
+    except Exception:
+        traceback.print_exc()
+        raise
+    finally:
+        log = task.part / task.log
+        if log.exists():
+            log.replace(task.folder / task.log)
+    _publish(task)
+    shutil.rmtree(task.part)
+
+
+def _publish(task: Task) -> None:
+    """Rename what the stage made into the case folder, its products last and in their order."""
+    made = {path.name for path in task.part.iterdir() if not path.is_symlink()}
+    products = list(task.stage.products)
+    for name in [*sorted(made.difference(products)), *products]:
+        target = task.folder / name
+        if target.is_dir():
+            shutil.rmtree(target)
+        (task.part / name).replace(target)
+
+
+def _log_of(folder: Path, stage: Stage, screen: Path) -> str:
+    """The file that tells most about a failure."""
+    log = f"log.{stage.name}"
+    return log if stage.deck and (folder / log).exists() else screen.name
+
+
+@contextmanager
+def _output_to(path: Path) -> Iterator[None]:
+    """Send what this process and its children print to a file, C libraries included."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    saved = os.dup(1), os.dup(2)
+    with path.open("wb") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for descriptor, original in zip((1, 2), saved, strict=True):
+            os.dup2(original, descriptor)
+            os.close(original)
+
+
+def _interrupt(number: int, frame: object) -> None:
+    """End in order; a second signal must not disturb the ending of the engine."""
+    for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ending, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def main() -> int:
+    names = sorted({stage.name for stages in STAGES.values() for stage in stages})
+    parser = argparse.ArgumentParser(prog="python -m mill_campaign.stages", description=__doc__)
+    parser.add_argument("stage", choices=names)
+    parser.add_argument("folder", type=Path, help="case folder with case.json")
+    parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the engine")
+    options = parser.parse_args()
+    for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ending, _interrupt)
+    with suppress(KeyboardInterrupt):
+        try:
+            code = run_stage(options.folder, options.stage, options.ranks)
+        except CampaignError as error:
+            print(f"error: {error}", file=sys.stderr)
+            return 2
+        record = stage_record.read_record(options.folder)
+        if code == 1 and record:
+            print(f"{record.stage} failed: {record.cause}; see {record.log}", file=sys.stderr)
+        return code
+    return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,172 @@
+"""Limits of the time step and the step advised from them.
+
+The yardsticks are mill_core's; the numbers that turn them into advice are below, with their origin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mill_core
+
+from mill_campaign.config import Campaign
+from mill_campaign.errors import CampaignError
+from mill_campaign.law import Model
+
+# Beyond this share of the Rayleigh time no DEM scheme is trusted; refused.
+RAYLEIGH_REFUSED = 0.40
+# Upper end of what DEM practice takes.
+RAYLEIGH_ADVISED = 0.20
+# Steps per collision of two balls at the speed of re-impact. A single ball lives from its rebounds:
+# at 5 m/s, 30 steps realise e = 0.092 and 15 steps 0.084 instead of 0.100. In a bed, 1e-4 s (13
+# steps) keeps the kinetic energy within 0.5 % of that at 2.5e-5 s (measured, S = 2.6).
+STEPS_PER_CONTACT = {"single-ball": 25, "multi-ball": 12}
+# Contacts per ball of a bed, and of a ball rolling in a groove.
+COORDINATION = {"single-ball": 1.0, "multi-ball": 4.0}
+# Mean overlap / ball radius = c (rho g d / E)^(2/3) under d metres of balls: Hertz contacts that
+# carry the weight above them. c from the measured 0.16 mm of the S = 2.6 mill; derived here.
+OVERLAP_COEFFICIENT = 1.06
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Time-step limits of one model.
+
+    Attributes:
+        rayleigh: Rayleigh time [s].
+        collision: duration of an impact at `impact_speed` [s].
+        damping: largest linearly stable step of the damped contacts of the bed [s].
+        impact_speed: of a thrown ball back on the liner [m/s].
+        overlap: mean overlap the damping limit is taken at [m].
+    """
+
+    rayleigh: float
+    collision: float
+    damping: float
+    impact_speed: float
+    overlap: float
+
+    def advised(self, kind: str) -> tuple[float, str]:
+        """Advised step [s] to two digits, rounded down, and the limit that binds."""
+        n = STEPS_PER_CONTACT[kind]
+        candidates = {
+            f"{RAYLEIGH_ADVISED:.0%} of the Rayleigh time": RAYLEIGH_ADVISED * self.rayleigh,
+            f"{n} steps per collision at {self.impact_speed:.3g} m/s": self.collision / n,
+            "the damping limit": self.damping,
+        }
+        reason = min(candidates, key=candidates.__getitem__)
+        return _round_down(candidates[reason]), reason
+
+
+@dataclass(frozen=True)
+class Step:
+    """Time step of one model and how it came about.
+
+    Attributes:
+        value: [s].
+        choice: "given", or "advised" with the limit that binds.
+        limits: of this model.
+        warnings: what the step risks, in words.
+    """
+
+    value: float
+    choice: str
+    limits: Limits
+    warnings: tuple[str, ...]
+
+
+def impact_speed(mill: mill_core.OperatingPoint) -> float:
+    """Speed of a ball thrown from the centre path R - a when it meets that path again [m/s].
+
+    V sqrt(1 + 8 sin^2 phi) with V = omega (R - a) and cos phi = omega^2 (R - a) / g; a
+    centrifuging mill throws nothing, its balls run at V. Point contact, no friction; derived in
+    the theory notes.
+    """
+    path = mill.radius - mill.ball_radius
+    cosine = min(1.0, mill.omega**2 * path / mill.gravity)
+    return mill.omega * path * math.sqrt(1.0 + 8.0 * (1.0 - cosine**2))
+
+
+def limits_of(campaign: Campaign, model: Model) -> Limits:
+    """Time-step limits of a model, with its own stiffness, gravity and speed."""
+    ball, mill = campaign.ball, model.scaled.mill
+    material = mill_core.Material(
+        model.youngs_modulus, campaign.material.poisson_ratio, ball.density
+    )
+    single = model.study.kind == "single-ball"
+    depth = ball.radius if single else mill.radius
+    pressure = ball.density * mill.gravity * depth
+    overlap = ball.radius * OVERLAP_COEFFICIENT * (pressure / model.youngs_modulus) ** (2.0 / 3.0)
+    restitution = campaign.material.restitution_pw if single else campaign.material.restitution_pp
+    speed = impact_speed(mill)
+    # The smallest ball has the shortest times.
+    smallest = ball.radius - (0.0 if single else ball.radius_std * ball.truncation)
+    return Limits(
+        rayleigh=mill_core.rayleigh_time(material, smallest),
+        collision=mill_core.hertz_collision_time(material, smallest, speed),
+        damping=mill_core.damping_time_step_limit(
+            material, smallest, restitution, overlap, COORDINATION[model.study.kind]
+        ),
+        impact_speed=speed,
+        overlap=overlap,
+    )
+
+
+def steps_of(campaign: Campaign, models: list[Model]) -> list[Step]:
+    """Time steps of the models of one study, in their order.
+
+    With fixed stiffness every model takes the same step; with overlap-matched stiffness contact
+    times scale with 1 / velocity factor, and the step with them.
+
+    Raises:
+        CampaignError: a step beyond `RAYLEIGH_REFUSED` of the Rayleigh time.
+    """
+    matched = campaign.stiffness == "overlap-matched"
+    stretch = [1.0 / model.velocity_factor if matched else 1.0 for model in models]
+    limits = [limits_of(campaign, model) for model in models]
+    study = models[0].study
+    if study.step is not None:
+        physical, choice = study.step, "given"
+    else:
+        advice = [
+            (step / factor, reason)
+            for (step, reason), factor in zip(
+                (limit.advised(study.kind) for limit in limits), stretch, strict=True
+            )
+        ]
+        physical, reason = min(advice)
+        choice = f"advised: {reason}"
+    return [
+        _step(campaign, model, physical * factor, choice, limit)
+        for model, factor, limit in zip(models, stretch, limits, strict=True)
+    ]
+
+
+def _step(campaign: Campaign, model: Model, value: float, choice: str, limits: Limits) -> Step:
+    if value > RAYLEIGH_REFUSED * limits.rayleigh:
+        raise CampaignError(
+            campaign.file,
+            f"{model.study.kind.replace('-', '_')}.step_s",
+            f"got {value:.3g} s = {value / limits.rayleigh:.0%} of the Rayleigh time "
+            f"{limits.rayleigh:.3g} s at S = {model.S:g}",
+            f'<= {RAYLEIGH_REFUSED * limits.rayleigh:.3g} or "advised" '
+            f"({limits.advised(model.study.kind)[0]:g} s)",
+        )
+    warnings = []
+    if value > limits.damping:
+        warnings.append(
+            f"step {value:.3g} s is {value / limits.damping:.2f} times the damping limit "
+            f"{limits.damping:.3g} s: expect spin noise and a wrong dissipation"
+        )
+    per_contact = limits.collision / value
+    if per_contact < 10.0:
+        warnings.append(
+            f"only {per_contact:.1f} steps per collision at {limits.impact_speed:.3g} m/s"
+        )
+    return Step(value, choice, limits, tuple(warnings))
+
+
+def _round_down(value: float) -> float:
+    digits = math.floor(math.log10(value)) - 1
+    return float(f"{math.floor(value / 10.0**digits + 1e-9)}e{digits}")

@@ -1,0 +1,114 @@
+"""Cases against each other: windows, ratios, regression."""
+
+import copy
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+from mill_analysis.campaign import load_campaign
+from mill_analysis.comparison import (
+    common_windows,
+    regression_line,
+    regressions,
+    single_ball_rows,
+)
+from numpy.testing import assert_allclose
+from synthetic_case import MODELS, POLICIES, SCHEMES
+
+
+@pytest.fixture
+def single(runs):
+    return copy.deepcopy(load_campaign(runs).single)
+
+
+def row_of(rows, scheme, policy, S):
+    return next(r for r in rows if (r["scheme"], r["policy"], r["S"]) == (scheme, policy, S))
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("policy", ["corrected", "offset-liner"])
+def test_ratio_is_that_of_the_centre_path_when_the_path_is_similar(single, scheme, policy):
+    rows = single_ball_rows(single)
+    for S in MODELS:
+        row = row_of(rows, scheme, policy, S)
+        # Detach angle and mill angles are the same; ten digits in the series.
+        assert_allclose(row["energy_ratio"], row["centre_path_ratio"], rtol=1e-7)
+        assert_allclose(row["relative_error_to_centre_path"], 0.0, atol=1e-7)
+
+
+def test_energy_ratio_is_inverse_s_with_the_offset_liner(single):
+    rows = single_ball_rows(single)
+    for (scheme, power), S in product(zip(SCHEMES, (1, 2), strict=True), MODELS):
+        row = row_of(rows, scheme, "offset-liner", S)
+        assert_allclose(row["energy_ratio"], S**-power, rtol=1e-7)
+        assert_allclose(row["relative_error"], 0.0, atol=1e-7)
+
+
+def test_rows_come_by_scheme_policy_and_s(single):
+    rows = single_ball_rows(single[::-1])
+    expected = list(product(SCHEMES, POLICIES, MODELS))
+    assert [(r["scheme"], r["policy"], r["S"]) for r in rows] == expected
+
+
+def test_shortest_flight_of_a_scheme_limits_all_its_cases(single):
+    short = next(c for c in single if c.case["scheme"] == "constant-speed" and c.case["S"] == 1.3)
+    short.result["throws"][0]["flight_length_rad"] = 0.6
+    windows = common_windows(single)
+    assert windows["constant-speed"].length == 0.6
+    assert windows["constant-speed"].limited_by == short.id
+    assert_allclose(windows["constant-gravity"].length, 0.977)
+    assert windows["constant-gravity"].limited_by is None
+    assert {r["energy_window_rad"] for r in single_ball_rows(single)} == {
+        0.6,
+        windows["constant-gravity"].length,
+    }
+
+
+def test_reference_may_be_another_policy_which_is_the_same_mill_at_s_1(single):
+    kept = [c for c in single if c.case["S"] > 1.0 or c.case["policy"] == "paper"]
+    full, rows = single_ball_rows(single), single_ball_rows(kept)
+    for row in rows:
+        same = row_of(full, row["scheme"], row["policy"], row["S"])
+        assert_allclose(row["energy_ratio"], same["energy_ratio"], rtol=1e-9)
+        assert row["reference"].endswith("-paper-S1.000")
+
+
+def test_without_s_1_there_is_no_ratio(single):
+    rows = single_ball_rows([c for c in single if c.case["S"] > 1.0])
+    assert all(row["energy_ratio"] is row["relative_error"] is None for row in rows)
+    assert all(fit["correlation"] is fit["worst_case"] is None for fit in regressions(rows))
+
+
+def test_case_without_a_throw_stays_in_the_table(single):
+    idle = single[1]
+    empty = {"throws": [], "throw_energy": None, "paper_angles": None, "problem": "no throw"}
+    single[1] = replace(idle, result=idle.result | empty)
+    row = next(r for r in single_ball_rows(single) if r["id"] == idle.id)
+    assert row["problem"] == "no throw"
+    assert row["energy_change_J"] is row["energy_ratio"] is None
+
+
+def test_regression_recovers_a_known_line_and_correlation():
+    rng = np.random.default_rng(3)
+    x = np.linspace(0.1, 1.0, 400)
+    y = 0.9 * x + 0.05 + rng.normal(0.0, 0.1, x.size)
+    found = regression_line(x.tolist(), y.tolist())
+    covariance = np.cov(x, y)
+    slope = covariance[0, 1] / covariance[0, 0]
+    assert_allclose(found["slope"], slope, rtol=1e-12)
+    assert_allclose(found["intercept"], y.mean() - slope * x.mean(), rtol=1e-10)
+    assert_allclose(found["correlation"], np.corrcoef(x, y)[0, 1], rtol=1e-12)
+
+
+def test_two_points_make_no_regression():
+    assert regression_line([1.0, 0.5], [1.0, 0.4])["correlation"] is None
+
+
+def test_worst_deviation_and_spread_are_the_largest(single):
+    rows = single_ball_rows(single)
+    for row, error, angle in zip(rows[:3], (0.0, -0.03, 0.02), (35.0, 36.0, 35.5), strict=True):
+        row["relative_error"], row["detach_angle_deg"] = error, angle
+    fit = regressions(rows)[0]
+    assert (fit["worst_relative_error"], fit["worst_case"]) == (-0.03, rows[1]["id"])
+    assert_allclose(fit["detach_angle_spread_deg"], 1.0)

@@ -1,0 +1,65 @@
+"""LIGGGHTS custom dumps."""
+
+import numpy as np
+import pytest
+from mill_analysis import RunFolderError
+from mill_analysis.dumps import dump_files, read_dump
+from numpy.testing import assert_allclose
+from synthetic_charge import block, write_dump
+
+BALLS = 12
+
+
+@pytest.fixture
+def dump_path(case, tmp_path):
+    (tmp_path / "dump").mkdir()
+    path = tmp_path / "dump/charge.000000500.liggghts"
+    write_dump(path, 500, block(case, BALLS), case)
+    return path
+
+
+def test_balls_come_in_order_of_id_whatever_the_order_in_the_file(case, dump_path):
+    dump = read_dump(dump_path)
+    assert dump.step == 500
+    assert len(dump) == BALLS
+    assert np.array_equal(dump["id"], np.arange(1, BALLS + 1))
+    assert_allclose(dump.positions, block(case, BALLS), rtol=1e-8)
+    assert_allclose(dump["radius"], case["ball"]["radius_m"])
+
+
+def test_files_come_by_step_not_by_name(tmp_path):
+    (tmp_path / "dump").mkdir()
+    for name in ("charge.1000.liggghts", "charge.200.liggghts", "charge.30.vtk", "notes.txt"):
+        (tmp_path / "dump" / name).touch()
+    assert list(dump_files(tmp_path)) == [200, 1000]
+
+
+@pytest.mark.parametrize(("kept", "cause"), [(0.7, "12 announced: cut"), (0.02, "header")])
+def test_cut_dump_is_refused(dump_path, kept, cause):
+    text = dump_path.read_text()
+    dump_path.write_text(text[: int(kept * len(text))])
+    with pytest.raises(RunFolderError, match=cause):
+        read_dump(dump_path)
+
+
+def test_last_line_cut_is_refused(dump_path):
+    dump_path.write_text(dump_path.read_text().rstrip().rsplit(" ", 1)[0])
+    with pytest.raises(RunFolderError, match="cut short"):
+        read_dump(dump_path)
+
+
+def test_two_frames_in_one_file_are_refused(dump_path):
+    dump_path.write_text(2 * dump_path.read_text())
+    with pytest.raises(RunFolderError, match="12 announced: cut short, or two frames"):
+        read_dump(dump_path)
+
+
+def test_missing_column_is_named(dump_path):
+    dump_path.write_text(dump_path.read_text().replace(" radius \n", " mass \n"))
+    with pytest.raises(RunFolderError, match=r"no column radius; got 'ITEM: ATOMS id"):
+        read_dump(dump_path)
+
+
+def test_missing_dump_says_what_next(tmp_path):
+    with pytest.raises(RunFolderError, match=r"no such file; .*millscale run"):
+        read_dump(tmp_path / "charge.1.liggghts")

@@ -1,0 +1,158 @@
+"""The report of a campaign."""
+
+import base64
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+
+import pytest
+from mill_analysis import RunFolderError, build_report, report, report_figures
+from mill_analysis.campaign import load_campaign
+from mill_analysis.report import duration, main, number, percent
+
+
+class Page(HTMLParser):
+    """What a test looks at: images, links, text; and that tags close."""
+
+    VOID = ("meta", "img", "br", "link")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.images, self.links, self.text, self.open = [], [], "", []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        if tag == "img":
+            self.images.append(values)
+        self.links += [values[key] for key in ("href", "src") if key in values]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def built(runs, tmp_path_factory):
+    """Report of one policy of the campaign, and of its charges."""
+    copy = tmp_path_factory.mktemp("report") / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("*corrected*", "*offset-liner*"))
+    keep_listed(copy)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_figures, "DPI", 40)
+        patch.setattr(report_figures, "draw_pictures", one_picture)
+        return build_report(copy)
+
+
+def one_picture(folder, mill_angles, to):
+    """In place of the drawing, which has its own tests."""
+    path = to / f"{folder.name}.png"
+    path.write_bytes(b"\x89PNG\r\n")
+    return [(path, mill_angles[-1])]
+
+
+@pytest.fixture
+def page(built):
+    return Page(built.read_text())
+
+
+def keep_listed(runs):
+    ids = sorted(path.name for path in (runs / "cases").iterdir())
+    content = json.loads((runs / "campaign.json").read_text()) | {"cases": ids}
+    (runs / "campaign.json").write_text(json.dumps(content))
+
+
+def test_page_is_self_contained_and_closed(page):
+    assert page.open == []
+    for link in page.links:
+        assert link.startswith(("data:image/png;base64,", "#", "https://doi.org/"))
+
+
+def test_page_holds_the_figures(page, built):
+    captions = [image["alt"] for image in page.images]
+    for scheme in ("constant gravity", "constant speed"):
+        for suffix in ("in metres", "over the mill radius R", "[J]", "over the predicted ratio"):
+            assert f"{scheme}, {suffix}" in captions
+        assert f"{scheme}: energy ratio against its prediction" in captions
+    assert captions.count("1.00 rad") == 2
+    for image in page.images:
+        assert base64.b64decode(image["src"].partition(",")[2]).startswith(b"\x89PNG")
+    files = {path.name for path in built.parent.iterdir()}
+    assert {"fig6-constant-gravity-paper.png", "fig8-constant-speed.png"} <= files
+
+
+def test_page_shows_ours_beside_the_paper(page):
+    for value in ("4.57", "0.66", "0.998", "68", "0.65 h", "A made-up CPU", "35.50", "63.90"):
+        assert value in page.text
+    assert "None" not in page.text
+    assert "nan" not in page.text
+
+
+def test_results_json_holds_the_promised_keys(built):
+    results = json.loads((built.parent / "results.json").read_text())
+    assert results["schema"] == 1
+    assert results["campaign"] == "synthetic"
+    promised = "id scheme policy S detach_angle_deg liner_off_angle_deg energy_change_J "
+    promised += "energy_ratio predicted_ratio relative_error wall_time_s"
+    assert len(results["single_ball"]) == 6
+    for row in results["single_ball"]:
+        assert set(promised.split()) <= row.keys()
+    assert len(results["multi_ball"]) == 2
+    assert results["checks"]["all_cases_finished"]["passed"] is True
+
+
+def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
+    (copy / "cases/sb-cs-paper-S1.000/series.csv").unlink()
+    (copy / "cases/sb-cg-corrected-S1.300/result.json").write_text('{"schema": 1,')
+    for figures in ("policy_figures", "ratio_figures"):
+        monkeypatch.setattr(report_figures, figures, lambda *_: {})
+    monkeypatch.setattr(report, "_energies", lambda _: [])
+    page = Page(build_report(copy).read_text())
+    results = json.loads((copy / "report/results.json").read_text())
+    assert results["missing"]["sb-cs-paper-S1.000"] == "no series.csv yet"
+    assert "cut short" in results["missing"]["sb-cg-corrected-S1.300"]
+    assert results["missing"]["mb-cg-paper-S2.600"].startswith("no case.json, series.csv")
+    assert len(results["single_ball"]) == 16
+    assert "sb-cs-paper-S1.000" in page.text
+    # A policy without its own S = 1 is compared with another policy's: the same mill.
+    ratios = [row["energy_ratio"] for row in results["single_ball"]]
+    assert None not in ratios
+
+
+def test_failed_report_leaves_the_earlier_one(built, monkeypatch):
+    before = built.read_bytes()
+    monkeypatch.setattr(report, "_page", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        build_report(built.parent.parent)
+    assert built.read_bytes() == before
+
+
+def test_pictures_that_cannot_be_drawn_are_explained(runs, tmp_path, monkeypatch):
+    def cannot(folder, angles, to):
+        raise RunFolderError(folder, "drawing failed", "apt-get install libegl1")
+
+    monkeypatch.setattr(report_figures, "draw_pictures", cannot)
+    drawn = report_figures.charge_images(load_campaign(runs).charges[0], tmp_path)
+    assert drawn.pictures == []
+    assert "apt-get install libegl1" in drawn.problem
+    assert len(drawn.series) == 2
+
+
+def test_campaign_without_a_finished_case_is_refused(folder, tmp_path, capsys):
+    (tmp_path / "campaign.json").write_text(json.dumps({"cases": [folder.name]}))
+    assert main([str(tmp_path)]) == 1
+    assert re.search(r"none of its 1 cases is finished; run them with", capsys.readouterr().err)
+    assert not (tmp_path / "report").exists()
+
+
+def test_numbers_for_people():
+    assert [number(1.23456, 2), number(None)] == ["1.23", "–"]
+    assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
+    assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]

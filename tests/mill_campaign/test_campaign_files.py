@@ -1,0 +1,62 @@
+"""The campaign files shipped, and their reference in docs/campaign.md."""
+
+import pytest
+from mill_campaign.config_build import load_campaign
+from mill_campaign.config_keys import SECTIONS
+from mill_campaign.plan import plan_rows
+from paper_campaign import CAMPAIGNS, REPOSITORY
+
+FILES = sorted(CAMPAIGNS.glob("*.toml"), key=lambda path: path.name)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_shipped_campaign_is_accepted_and_named_like_its_file(path):
+    campaign = load_campaign(path)
+    assert campaign.name == path.stem
+    assert plan_rows(campaign)
+
+
+def test_the_papers_single_ball_campaign_runs_six_mills_by_two_schemes_by_three_policies():
+    rows = plan_rows(load_campaign(CAMPAIGNS / "paper-single-ball.toml"))
+    paper = [row for row in rows if row["policy"] == "paper"]
+    others = [row for row in rows if row["policy"] != "paper"]
+    assert len(paper) == 6 * 2
+    # The physical mill, S = 1, is the same for every policy.
+    assert len(others) == 5 * 2 * 2
+    assert all(row["rotation_angle_rad"] == 20.0 for row in rows)
+    assert all(row["warnings"] == [] for row in rows)
+
+
+def test_the_papers_multi_ball_campaign_warns_of_its_step_where_beds_are_deep():
+    rows = plan_rows(load_campaign(CAMPAIGNS / "paper-multi-ball.toml"))
+    assert len(rows) == 6 * 2
+    assert all(row["rotation_angle_rad"] == 8.0 for row in rows)
+    assert [bool(row["warnings"]) for row in rows if row["S"] in (1.0, 2.6)] == [True, False] * 2
+
+
+def test_the_quick_campaign_holds_both_kinds_and_both_schemes_and_takes_minutes():
+    rows = plan_rows(load_campaign(CAMPAIGNS / "quick.toml"))
+    kinds = {(row["kind"], row["scheme"]) for row in rows}
+    assert len(kinds) == 4
+    single = sum(r["predicted_wall_time_s"] for r in rows if r["kind"] == "single-ball")
+    multi = sum(r["predicted_wall_time_s"] for r in rows if r["kind"] == "multi-ball")
+    # Single balls two at a time, charges on both cores.
+    assert single / 2.0 + multi < 5 * 60.0
+
+
+def test_the_example_of_the_reference_is_accepted(tmp_path):
+    text = (REPOSITORY / "docs" / "campaign.md").read_text()
+    path = tmp_path / "example.toml"
+    path.write_text(text.partition("```toml\n")[2].partition("```")[0])
+    assert len(plan_rows(load_campaign(path))) == 4
+
+
+def test_every_key_is_in_the_reference():
+    text = (REPOSITORY / "docs" / "campaign.md").read_text()
+    for section, keys in SECTIONS.items():
+        assert f"## [{section}]" in text
+        part = text.partition(f"## [{section}]")[2].partition("\n## ")[0]
+        for name, key in keys.items():
+            row = next((line for line in part.splitlines() if line.startswith(f"| `{name}` |")), "")
+            assert key.meaning in row, f"{section}.{name}"
+            assert key.accepted().replace("|", "\\|") in row, f"{section}.{name}"

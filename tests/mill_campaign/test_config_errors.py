@@ -1,0 +1,276 @@
+"""Wrong campaign files: one line with the cause and what is accepted, and nothing is written."""
+
+import pytest
+from mill_campaign.errors import CampaignError
+from mill_campaign.generate import generate
+from paper_campaign import MULTI_BALL, campaign_text
+
+ROTATION = {"rotation_angle_rad": 1.0, "step_s": 1e-4}
+
+# changes to a valid campaign, key the error names, words of the cause, words of what is accepted
+WRONG = {
+    "unknown key": (
+        {"mill__radus_m": 3.9},
+        "mill.radus_m",
+        "unknown key, nearest is radius_m",
+        "allow_centrifuging, froude, gravity_m_s2, length_m",
+    ),
+    "unknown section": (
+        {"liners": {"lifters": 3}},
+        "liners",
+        "unknown section, nearest is liner",
+        "ball, campaign, liner",
+    ),
+    "wrong unit": (
+        {"ball__radius_mm": 20.0},
+        "ball.radius_mm",
+        "wrong unit 'mm', nearest is radius_m",
+        "density_kg_m3, radius_m",
+    ),
+    "wrong unit of speed": (
+        {"mill__speed_hz": 1.0},
+        "mill.speed_hz",
+        "wrong unit 'hz', nearest is speed_rad_s",
+        "speed_rpm",
+    ),
+    "missing key": (
+        {"ball__density_kg_m3": None},
+        "ball.density_kg_m3",
+        "missing",
+        "a number > 0",
+    ),
+    "missing section": ({"material": None}, "material", "[material] is missing", "mill"),
+    "text for a number": (
+        {"mill__radius_m": "3.9"},
+        "mill.radius_m",
+        'got "3.9"',
+        "a number > 0",
+    ),
+    "flag for a number": ({"mill__length_m": True}, "mill.length_m", "got true", "a number > 0"),
+    "number for a count": (
+        {"liner__lifters": 25.0},
+        "liner.lifters",
+        "got 25.0",
+        "a whole number >= 0 and <= 1000",
+    ),
+    "unknown word": (
+        {"scaling__schemes": ["constant_gravity"]},
+        "scaling.schemes",
+        'nearest is "constant-gravity"',
+        '"constant-gravity" or "constant-speed" or "froude"',
+    ),
+    "speeds that contradict": (
+        {"mill__speed_rpm": 10.0},
+        "mill.speed_rpm",
+        "contradicts speed_rad_s: 10 is 1.0472 rad/s",
+        "agree within 0.1%",
+    ),
+    "no speed": (
+        {"mill__speed_rad_s": None},
+        "mill",
+        "the speed is missing",
+        "speed_rad_s, speed_rpm, period_s, percent_of_critical, froude",
+    ),
+    "moduli that contradict": (
+        {"material__youngs_modulus_pa": 5.9e7},
+        "material.youngs_modulus_pa",
+        "contradicts shear_modulus_pa",
+        "one of the two",
+    ),
+    "S below one": ({"scaling__S": [0.5]}, "scaling.S", "got 0.5", "a list of numbers >= 1"),
+    "scaled radius above the mill's": (
+        {"scaling__S": None, "scaling__scaled_radius_m": [4.0]},
+        "scaling.scaled_radius_m",
+        "4 makes S = 0.975",
+        "<= mill.radius_m = 3.9",
+    ),
+    "radii that contradict S": (
+        {"scaling__scaled_radius_m": [3.9, 1.6]},
+        "scaling.scaled_radius_m",
+        "contradicts S: 1.6 is S = 2.4375",
+        "agree within 0.1%",
+    ),
+    "mill smaller than a ball": (
+        {"scaling__S": [200.0]},
+        "scaling.S",
+        "is not above ball.radius_m",
+        "S < 195",
+    ),
+    "rpm taken for rad/s": (
+        {"mill__speed_rad_s": 9.55},
+        "mill.speed_rad_s",
+        "the mill centrifuges",
+        "allow_centrifuging = true",
+    ),
+    "lifters above the liner": (
+        {"liner__lifter_top_radius_m": 4.0},
+        "liner",
+        "impossible liner: lifter top radius: must be > 0 and < 3.9 m",
+        "",
+    ),
+    "lifters too wide": (
+        {"liner__groove_width_m": 1.2},
+        "liner",
+        "impossible liner: groove width",
+        "",
+    ),
+    "groove width and face angle": (
+        {"liner__face_angle_deg": 9.0},
+        "liner.groove_width_m",
+        "both given",
+        "one of the two",
+    ),
+    "sloping faces read as parallel": (
+        {"liner__reading": "parallel", "liner__face_angle_deg": 9.0},
+        "liner.face_angle_deg",
+        "contradicts reading",
+        'reading = "trapezoid"',
+    ),
+    "lifter keys of a plain drum": (
+        {"liner__lifters": 0},
+        "liner.lifter_top_radius_m",
+        "plain drum",
+        "lifters = 0",
+    ),
+    "negative time": (
+        {"single_ball__rest_s": -1.0},
+        "single_ball.rest_s",
+        "got -1.0",
+        "a number >= 0",
+    ),
+    "infinite time": (
+        {"single_ball__rotation_angle_rad": None, "single_ball__rotation_s": float("inf")},
+        "single_ball.rotation_s",
+        "got inf",
+        "a number > 0",
+    ),
+    "step beyond the Rayleigh limit": (
+        {"single_ball__step_s": 4e-4},
+        "single_ball.step_s",
+        "55% of the Rayleigh time",
+        '<= 0.000293 or "advised"',
+    ),
+    "neither word nor number": (
+        {"single_ball__step_s": "adviced"},
+        "single_ball.step_s",
+        'nearest is "advised"',
+        'a number > 0 or "advised"',
+    ),
+    "nothing to simulate": ({"single_ball": None}, "", "nothing to simulate", "[single_ball]"),
+    "counts that do not match": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "count": [5]}},
+        "multi_ball.count",
+        "1 counts for 2 S",
+        "one for each S",
+    ),
+    "count and filling": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "filling": 0.3}},
+        "multi_ball.count",
+        "both given",
+        "one of the two",
+    ),
+    "more balls than fit": (
+        {"multi_ball": {**ROTATION, "filling": 0.7, "porosity": 0.1}},
+        "multi_ball.filling",
+        "balls at S = 1",
+        "the most an initial packing holds",
+    ),
+    "a slice longer than the mill": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_length_m": 0.5}},
+        "multi_ball.slice_length_m",
+        "longer than the shortest model",
+        "<= 0.384615",
+    ),
+    "a slice thinner than a ball": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_length_m": 0.03}},
+        "mill.length_m",
+        "shorter than a ball of 0.04 m",
+        "one ball diameter",
+    ),
+    "froude without time factor": (
+        {"scaling__schemes": ["froude"]},
+        "scaling.time_factor",
+        "missing for scheme froude",
+        "one of the two",
+    ),
+    "time factor without froude": (
+        {"scaling__time_factor": 0.5},
+        "scaling.time_factor",
+        "only scheme froude",
+        'schemes = ["froude"]',
+    ),
+    "cases of the same name": (
+        {"scaling__S": [1.3, 1.3001]},
+        "scaling.S",
+        "two cases are called sb-cg-paper-S1.300",
+        "differ by 0.001",
+    ),
+    "a value twice": ({"scaling__S": [1.3, 1.3]}, "scaling.S", "given twice", "different values"),
+    "slivers for panels": (
+        {"mill__length_m": 10.0},
+        "wall.axial_divisions",
+        "no value lies above the fold",
+        "more axial divisions",
+    ),
+    "a name no folder should have": (
+        {"campaign": {"name": "../up"}},
+        "campaign.name",
+        'got "../up"',
+        "lower-case letters",
+    ),
+}
+
+
+def refused(folder, text: str | bytes) -> CampaignError:
+    """The error of a campaign file; asserts one line and that nothing was written."""
+    path = folder / "wrong.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(CampaignError) as caught:
+        generate(path, folder / "runs")
+    assert list(folder.iterdir()) == [path]
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(f"{path}: ")
+    return caught.value
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_campaign_is_refused_in_one_line_and_leaves_nothing(name, tmp_path):
+    changes, key, cause, accepted = WRONG[name]
+    text = campaign_text(**changes).replace("Infinity", "inf")
+    error = refused(tmp_path, text)
+    assert error.key == key
+    assert cause in error.cause
+    assert accepted in error.accepted
+    assert error.key in str(error)
+    assert error.accepted in str(error)
+
+
+@pytest.mark.parametrize(
+    ("content", "cause"),
+    [
+        (b"[mill\nradius_m = 3.9\n", "not TOML"),
+        (b"[mill]\nradius_m = \xff\n", "not UTF-8"),
+        (b"x = " + b"[" * 5000 + b"]" * 5000, "not TOML"),
+        (b"#" * (2 << 20), "larger than 1 MiB"),
+        (b"mill = 3\n", "got 3"),
+    ],
+    ids=["syntax", "bytes", "nesting", "size", "not a section"],
+)
+def test_what_is_not_a_campaign_file_is_refused(content, cause, tmp_path):
+    assert cause in refused(tmp_path, content).cause
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(CampaignError, match="cannot be read"):
+        generate(tmp_path / "none.toml", tmp_path / "runs")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_number_too_large_for_a_float_is_refused(tmp_path):
+    text = campaign_text().replace("length_m = 1.0", "length_m = 1" + "0" * 400)
+    assert "bits" in refused(tmp_path, text).cause
+
+
+def test_a_list_without_end_is_refused(tmp_path):
+    error = refused(tmp_path, campaign_text(scaling__S=[1.0 + i for i in range(1001)]))
+    assert error.accepted == "1 to 1000 values"

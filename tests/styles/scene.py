@@ -1,0 +1,163 @@
+"""Small scenes in the engine: a deck, its liner mesh, and what it printed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import mill_core
+import numpy as np
+from liner_mesh import build_liner_mesh, curvature_deg, write_stl
+
+from mill_campaign.engine_run import find_engine
+
+HEAD = """
+units           si
+atom_style      granular
+atom_modify     map array
+boundary        f p f
+newton          off
+communicate     single vel yes
+processors      1 * 1
+neigh_modify    delay 0
+"""
+MATERIAL = """
+fix m1 all property/global youngsModulus peratomtype {youngs_modulus!r} {youngs_modulus!r}
+fix m2 all property/global poissonsRatio peratomtype 0.3 0.3
+fix m3 all property/global coefficientRestitution peratomtypepair 2 0.1 0.2 0.2 0.2
+fix m4 all property/global coefficientFriction peratomtypepair 2 0.545 0.5 0.5 0.5
+fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0.01 0.01 0.01 0.01
+neighbor        {skin!r} bin
+pair_style      gran model hertz tangential history rolling_friction cdt
+pair_coeff      * *
+timestep        {dt!r}
+"""
+
+
+SLICE = 0.2  # length of the periodic slice [m]
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a deck printed, and whether it came to its end."""
+
+    code: int
+    text: str
+
+    @property
+    def error(self) -> str:
+        """The engine's error line; empty if there is none."""
+        lines = [line for line in self.text.splitlines() if "ERROR" in line]
+        return lines[0] if lines else ""
+
+    def printed(self, mark: str) -> np.ndarray:
+        """Numbers of the last line that begins with `mark`."""
+        lines = [line for line in self.text.splitlines() if line.startswith(mark)]
+        assert lines, self.text[-2000:]
+        return np.array([float(word) for word in lines[-1][len(mark) :].split()])
+
+
+def run(folder: Path, deck: str, ranks: int = 1) -> Ran:
+    """Run a deck in a folder."""
+    (folder / "deck.in").write_text(deck)
+    line = ["mpirun", "-np", str(ranks), "--bind-to", "none", "--oversubscribe"] * (ranks > 1)
+    environment = dict(os.environ)
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    done = subprocess.run(
+        [*line, str(find_engine()), "-in", "deck.in"],
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",  # the engine appends an uninitialised text to some errors
+        timeout=300,
+    )
+    return Ran(done.returncode, done.stdout + done.stderr)
+
+
+def write_liner(folder: Path, liner: mill_core.Liner, length: float, chord_error: float) -> float:
+    """Write liner.stl; returns the curvature [deg] the engine needs for it."""
+    mesh = build_liner_mesh(liner, length, chord_error)
+    write_stl(folder / "liner.stl", mesh)
+    return curvature_deg(mesh)
+
+
+def mill_deck(
+    folder: Path,
+    positions: np.ndarray,
+    S: float,
+    scheme: str,
+    *,
+    youngs_modulus: float = 5.98e7,
+    dt: float = 5e-5,
+    start: str = "now",
+    lifters: int = 25,
+    chord_error: float = 4e-3,
+    length: float = SLICE,
+) -> str:
+    """A deck, up to its first run, of balls in the scaled paper mill with its meshed liner.
+
+    Args:
+        positions: (n, 3) of the balls [m].
+        lifters: 25, or 0 for a plain drum.
+        length: of the periodic slice [m].
+    """
+    physical = mill_core.OperatingPoint(3.9, 0.02, 9.81, 1.0)
+    radius = mill_core.scale(physical, S, scheme).mill.radius
+    top = 3.61 / S if lifters else 0.0
+    shape = (top, 0.25 / S, 0.635 / S, lifters) if lifters else (0.0, 0.0, 0.0, 0)
+    curvature = write_liner(folder, mill_core.Liner(radius, *shape), length, chord_error)
+    create = "".join(
+        f"create_atoms 1 single {x!r} {y!r} {z!r} units box\n" for x, y, z in positions.tolist()
+    )
+    detach = f"lifters {lifters} lifter_top_radius {top!r}" if lifters else ""
+    box = 1.02 * radius
+    return (
+        HEAD
+        + f"region box block -{box!r} {box!r} 0 {length!r} -{box!r} {box!r} units box\n"
+        + "create_box 2 box\n"
+        + MATERIAL.format(youngs_modulus=youngs_modulus, skin=0.02, dt=dt)
+        + create
+        + "set type 1 diameter 0.04 density 2678\n"
+        + wall_and_drive(S, scheme, curvature, start, detach)
+    )
+
+
+def wall_and_drive(S: float, scheme: str, curvature: float, start: str, detach: str) -> str:
+    """The part of a deck that is repeated after a restart."""
+    return (
+        f"fix liner all mesh/surface/stress file liner.stl type 2 curvature {curvature!r} "
+        "reference_point 0 0 0\n"
+        "fix wall all wall/gran model hertz tangential history rolling_friction cdt "
+        "mesh n_meshes 1 meshes liner\n"
+        f"fix mill all mill/similarity radius 3.9 gravity 9.81 omega 1.0 ball_radius 0.02 "
+        f"scale {S!r} scheme {scheme} start {start} mesh liner\n"
+        f"compute detach all mill/detach mill mill {detach}\n"
+        "fix integrate all nve/sphere\nfix forces all mill/forces\nthermo_modify lost error\n"
+    )
+
+
+def loose_bed(radius: float, count: int, length: float, seed: int) -> np.ndarray:
+    """(count, 3) positions [m] of 20 mm balls above the bottom of a mill, none touching."""
+    spacing, random = 0.0425, np.random.default_rng(seed)
+    columns, along = 9, int(length / spacing)
+    index = np.arange(count)
+    x = (index % columns - (columns - 1) / 2) * spacing
+    y = (index // columns % along + 0.5) * (length / along)
+    z = -np.sqrt((0.87 * radius) ** 2 - (columns / 2 * spacing) ** 2) + 0.03
+    z = z + index // (columns * along) * spacing
+    return np.column_stack([x, y, z]) + random.uniform(-5e-4, 5e-4, (count, 3))
+
+
+def read_dump(path: Path) -> dict[str, np.ndarray]:
+    """Columns of a text dump's last frame, sorted by id."""
+    lines = path.read_text().splitlines()
+    start = max(i for i, line in enumerate(lines) if line.startswith("ITEM: ATOMS"))
+    names = lines[start].split()[2:]
+    rows = np.array([[float(word) for word in line.split()] for line in lines[start + 1 :]])
+    rows = rows[np.argsort(rows[:, names.index("id")])]
+    return {name: rows[:, column] for column, name in enumerate(names)}
