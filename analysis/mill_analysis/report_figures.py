@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
@@ -17,7 +16,7 @@ from mill_analysis.run_folder import FinishedCase, RunFolderError
 from mill_analysis.snapshots import draw_pictures
 
 DPI = 170
-PICTURE_EVERY_RAD = 2.0
+FINEST_PICTURES_RAD = 0.5
 MOST_PICTURES = 6
 
 
@@ -124,11 +123,12 @@ def words(scheme: str) -> str:
 
 
 def _picture_angles(case: FinishedCase) -> list[float]:
-    """Mill angles 0, 2, 4, ... rad, further apart if there would be too many."""
+    """Mill angles 0, 0.5, 1, ... rad, twice as far apart until there are not too many."""
     end = case.result["rotation_angle_rad"]
-    step = PICTURE_EVERY_RAD * max(1, math.ceil(end / PICTURE_EVERY_RAD / (MOST_PICTURES - 1)))
-    angles = [step * i for i in range(MOST_PICTURES) if step * i <= end + 1e-6]
-    return angles if len(angles) > 1 else [0.0, end]
+    step = FINEST_PICTURES_RAD
+    while end / step >= MOST_PICTURES:
+        step *= 2.0
+    return [step * i for i in range(MOST_PICTURES) if step * i <= end + 0.1 * step]
 
 
 def _tracks(campaign: Campaign) -> Iterator[tuple[tuple[str, str], list[figures.Track]]]:

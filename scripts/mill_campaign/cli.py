@@ -167,7 +167,6 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
     Example: `millscale report runs/quick --json`
     """
     from mill_analysis import RunFolderError, build_report
-
     from mill_campaign.status import campaign_cases
 
     campaign_cases(runs)

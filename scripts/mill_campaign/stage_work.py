@@ -48,7 +48,6 @@ def mesh(task: Task) -> None:
     # Imported by this stage alone: gmsh takes a second to load.
     from liner_mesh import build_liner_mesh, lint, write_stl, write_vtp
     from liner_mesh.curvature import curvature_range_deg
-
     from mill_campaign.charge import liner_of
 
     liner, wall = liner_of(task.case), task.case["wall"]

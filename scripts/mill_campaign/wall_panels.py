@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from liner_mesh import LinerMesh, curvature_deg, default_chord_error
 
+from liner_mesh import LinerMesh, curvature_deg, default_chord_error
 from mill_campaign.config import Campaign
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model

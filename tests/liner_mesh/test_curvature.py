@@ -3,9 +3,10 @@ from itertools import pairwise
 
 import mill_core
 import pytest
+from numpy.testing import assert_allclose
+
 from liner_mesh import build_liner_mesh, curvature_deg, default_chord_error, read_stl, write_stl
 from liner_mesh.curvature import curvature_range_deg
-from numpy.testing import assert_allclose
 
 
 def chord_fold_deg(liner, chord_error):

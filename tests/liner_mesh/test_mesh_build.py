@@ -3,9 +3,10 @@ import signal
 import gmsh
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
 from liner_mesh import build_liner_mesh, default_chord_error
 from liner_mesh.mesh import areas, normals
-from numpy.testing import assert_allclose, assert_array_equal
 
 LENGTH = 0.7
 

@@ -6,8 +6,9 @@ import subprocess
 
 import numpy as np
 import pytest
-from liner_mesh import build_liner_mesh, curvature_deg, default_chord_error, write_stl
 from numpy.testing import assert_allclose
+
+from liner_mesh import build_liner_mesh, curvature_deg, default_chord_error, write_stl
 
 pytestmark = [
     pytest.mark.engine,

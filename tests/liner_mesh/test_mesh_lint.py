@@ -3,6 +3,7 @@ from dataclasses import replace
 import mill_core
 import numpy as np
 import pytest
+
 from liner_mesh import build_liner_mesh, default_chord_error, lint, read_stl, write_stl
 
 LENGTH, CHORD_ERROR = 1.0, 5e-4

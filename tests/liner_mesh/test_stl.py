@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
 from liner_mesh import LinerMesh, build_liner_mesh, read_stl, write_stl
 from liner_mesh.stl import _BINARY_RECORD
-from numpy.testing import assert_allclose, assert_array_equal
 
 
 @pytest.fixture

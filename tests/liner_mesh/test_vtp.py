@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
-from liner_mesh import build_liner_mesh, write_vtp
 from numpy.testing import assert_array_equal
+
+from liner_mesh import build_liner_mesh, write_vtp
 
 
 def test_round_trip_keeps_geometry_and_faces(physical, tmp_path):

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from mill_analysis import analyse_case
 from synthetic_ball import usual_motion
 from synthetic_case import (
     MODELS,
@@ -14,6 +13,8 @@ from synthetic_case import (
     write_case,
 )
 from synthetic_charge import write_charge
+
+from mill_analysis import analyse_case
 
 
 @pytest.fixture

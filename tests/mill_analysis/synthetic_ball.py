@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from mill_analysis.flight import Release
 
 DETACH, LINER_OFF = math.radians(35.5), math.radians(63.9)

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mill_analysis.cross_section import liner_outline, turned
 from synthetic_case import case_document, write_case
+
+from mill_analysis.cross_section import liner_outline, turned
 
 DUMP_ANGLES = (0.0, 0.5, 1.0)
 

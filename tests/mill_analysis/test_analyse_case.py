@@ -3,12 +3,13 @@
 import json
 
 import pytest
-from mill_analysis import RunFolderError, analyse_case
-from mill_analysis.case import main
-from mill_analysis.single_ball import flight_of
 from numpy.testing import assert_allclose
 from synthetic_ball import Motion, usual_motion
 from synthetic_case import case_document, write_case
+
+from mill_analysis import RunFolderError, analyse_case
+from mill_analysis.case import main
+from mill_analysis.single_ball import flight_of
 
 
 def test_result_holds_the_motion_that_was_put_in(folder):

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from mill_analysis.charge import charge_result, mean_over_rotation
 from numpy.testing import assert_allclose
 from synthetic_case import case_document
 from synthetic_charge import charge_columns
+
+from mill_analysis.charge import charge_result, mean_over_rotation
 
 
 @pytest.fixture

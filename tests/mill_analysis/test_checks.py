@@ -3,6 +3,7 @@
 import copy
 
 import pytest
+
 from mill_analysis.campaign import load_campaign
 from mill_analysis.checks import campaign_checks
 

@@ -6,6 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
+from synthetic_case import MODELS, POLICIES, SCHEMES
+
 from mill_analysis.campaign import load_campaign
 from mill_analysis.comparison import (
     common_windows,
@@ -13,8 +16,6 @@ from mill_analysis.comparison import (
     regressions,
     single_ball_rows,
 )
-from numpy.testing import assert_allclose
-from synthetic_case import MODELS, POLICIES, SCHEMES
 
 
 @pytest.fixture

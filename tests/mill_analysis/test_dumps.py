@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from mill_analysis import RunFolderError
-from mill_analysis.dumps import dump_files, read_dump
 from numpy.testing import assert_allclose
 from synthetic_charge import block, write_dump
+
+from mill_analysis import RunFolderError
+from mill_analysis.dumps import dump_files, read_dump
 
 BALLS = 12
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
+from synthetic_ball import usual_motion
+
 from mill_analysis import energy
 from mill_analysis.events import flights, throws
 from mill_analysis.single_ball import ball_of
-from numpy.testing import assert_allclose
-from synthetic_ball import usual_motion
 
 WINDOW = 0.977
 

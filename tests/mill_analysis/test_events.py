@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
+from synthetic_ball import DETACH, LINER_OFF, START, Motion, usual_motion
+
 from mill_analysis.events import (
     flights,
     lift_rows,
@@ -13,8 +16,6 @@ from mill_analysis.events import (
     throws,
     unseen_events,
 )
-from numpy.testing import assert_allclose
-from synthetic_ball import DETACH, LINER_OFF, START, Motion, usual_motion
 
 
 @pytest.fixture

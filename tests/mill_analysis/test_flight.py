@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
+
 from mill_analysis.flight import (
     Release,
     flight_time,
@@ -9,7 +11,6 @@ from mill_analysis.flight import (
     impact_speed_ratio,
     release_on_circle,
 )
-from numpy.testing import assert_allclose
 
 ANGLES = np.radians([20.0, 50.0, 60.0, 66.7, 80.0])
 

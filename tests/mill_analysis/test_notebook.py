@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
-import mill_analysis
 import nbformat
 import pytest
 from nbclient import NotebookClient
+
+import mill_analysis
 
 NOTEBOOK = Path(__file__).parents[2] / "analysis/notebooks/single_ball.ipynb"
 

@@ -1,8 +1,9 @@
 """The paper's tables as shipped."""
 
 import pytest
-from mill_analysis import paper
 from numpy.testing import assert_allclose
+
+from mill_analysis import paper
 
 SCHEMES = ("constant-gravity", "constant-speed")
 

@@ -5,6 +5,8 @@ import shutil
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from numpy.testing import assert_allclose
+
 from mill_analysis import RunFolderError
 from mill_analysis.cross_section import liner_outline, turned
 from mill_analysis.dumps import Dump
@@ -16,7 +18,6 @@ from mill_analysis.snapshots import (
     snapshots_near,
     starts_on_rising_side,
 )
-from numpy.testing import assert_allclose
 
 
 @pytest.fixture

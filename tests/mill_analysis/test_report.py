@@ -7,19 +7,21 @@ import shutil
 from html.parser import HTMLParser
 
 import pytest
+
 from mill_analysis import RunFolderError, build_report, report, report_figures
 from mill_analysis.campaign import load_campaign
 from mill_analysis.report import duration, main, number, percent
 
 
 class Page(HTMLParser):
-    """What a test looks at: images, links, text; and that tags close."""
+    """What a test looks at: images, links, text, numbers of the paper; and that tags close."""
 
     VOID = ("meta", "img", "br", "link")
 
     def __init__(self, text: str) -> None:
         super().__init__()
         self.images, self.links, self.text, self.open = [], [], "", []
+        self.of_paper, self.in_paper = [], False
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
@@ -27,14 +29,18 @@ class Page(HTMLParser):
         if tag == "img":
             self.images.append(values)
         self.links += [values[key] for key in ("href", "src") if key in values]
+        self.in_paper = values.get("class") == "paper"
         if tag not in self.VOID:
             self.open.append(tag)
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
+        self.in_paper = False
 
     def handle_data(self, data):
         self.text += data
+        if self.in_paper:
+            self.of_paper.append(data)
 
 
 @pytest.fixture(scope="module")
@@ -87,8 +93,11 @@ def test_page_holds_the_figures(page, built):
 
 
 def test_page_shows_ours_beside_the_paper(page):
-    for value in ("4.57", "0.66", "0.998", "68", "0.65 h", "A made-up CPU", "35.50", "63.90"):
+    for value in ("A made-up CPU", "35.50", "63.90", "2.1839", "0.3874"):
         assert value in page.text
+    # Tables 8, 9, 10, 4 and 7, section 4.1; the worst deviation of Table 8.
+    for value in ("4.57", "0.66", "0.65 h", "3610", "3.77", "0.998", "0.996", "68", "-2.08 %"):
+        assert value in page.of_paper
     assert "None" not in page.text
     assert "nan" not in page.text
 
@@ -156,3 +165,34 @@ def test_numbers_for_people():
     assert [number(1.23456, 2), number(None)] == ["1.23", "–"]
     assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
     assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]
+
+
+@pytest.mark.parametrize(
+    ("end", "angles"),
+    [
+        (1.0, [0.0, 0.5, 1.0]),
+        (2.499, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]),
+        (8.0, [0.0, 2.0, 4.0, 6.0, 8.0]),
+        (20.0, [0.0, 4.0, 8.0, 12.0, 16.0, 20.0]),
+    ],
+)
+def test_pictures_are_at_round_mill_angles(runs, monkeypatch, tmp_path, end, angles):
+    case = load_campaign(runs).charges[0]
+    case.result["rotation_angle_rad"] = end
+    asked = []
+    monkeypatch.setattr(report_figures, "draw_pictures", lambda *a: asked.extend(a[1]) or [])
+    monkeypatch.setattr(report_figures, "_save", lambda *a: None)
+    report_figures.charge_images(case, tmp_path)
+    assert asked == angles
+
+
+def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
+    ignored = shutil.ignore_patterns("sb-*", "mb-cs-*", "report")
+    shutil.copytree(runs, tmp_path / "runs", ignore=ignored)
+    (tmp_path / "runs/campaign.json").write_text('{"schema": 1, "cases": ["mb-cg-paper-S2.600"]}')
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    page = Page(build_report(tmp_path / "runs").read_text())
+    assert page.open == []
+    assert "runs" in page.text
+    assert len(page.images) == 4

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+
 from mill_analysis import RunFolderError
 from mill_analysis.run_folder import case_folders, missing_products, read_json, write_json
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from mill_analysis import RunFolderError
-from mill_analysis.series import read_series
 from numpy.testing import assert_allclose
 from synthetic_ball import usual_motion
 from synthetic_case import write_series
+
+from mill_analysis import RunFolderError
+from mill_analysis.series import read_series
 
 
 def test_columns_are_taken_by_name_not_by_position(case, tmp_path):

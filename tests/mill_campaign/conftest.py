@@ -12,6 +12,7 @@ from unittest.mock import patch
 
 import pytest
 import small_campaign
+
 from mill_campaign.cli import main
 
 STAND_IN = Path(__file__).with_name("stand_in")
@@ -30,7 +31,7 @@ class Millscale:
         return {**os.environ, **engine, "PYTHONPATH": os.pathsep.join(path), **more}
 
     def __call__(self, command: str, *arguments: str, **more: str) -> subprocess.CompletedProcess:
-        """Run a command to its end in this process, which is faster; `more` goes to its environment."""
+        """Run a command to its end, in this process: faster. `more` goes to its environment."""
         line = [*self.line(command), *arguments]
         output, errors = io.StringIO(), io.StringIO()
         with (

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+
 from mill_campaign.ball_sizes import draw_radii, mean_volume
 from mill_campaign.config import Ball
 

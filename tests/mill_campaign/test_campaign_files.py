@@ -1,10 +1,11 @@
 """The campaign files shipped, and their reference in docs/campaign.md."""
 
 import pytest
+from paper_campaign import CAMPAIGNS, REPOSITORY
+
 from mill_campaign.config_build import load_campaign
 from mill_campaign.config_keys import SECTIONS
 from mill_campaign.plan import plan_rows
-from paper_campaign import CAMPAIGNS, REPOSITORY
 
 FILES = sorted(CAMPAIGNS.glob("*.toml"), key=lambda path: path.name)
 

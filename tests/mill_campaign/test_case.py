@@ -4,9 +4,10 @@ import math
 import mill_core
 import numpy as np
 import pytest
+from paper_campaign import MULTI_BALL, cases
+
 from mill_campaign.case import Case, digest
 from mill_campaign.errors import CampaignError
-from paper_campaign import MULTI_BALL, cases
 
 EVERY_SCHEME = {"scaling__schemes": ["constant-gravity", "constant-speed"]}
 EVERY_POLICY = {"scaling__policies": ["offset-liner", "corrected", "paper"]}

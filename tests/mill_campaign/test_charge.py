@@ -3,6 +3,8 @@ import math
 import mill_core
 import numpy as np
 import pytest
+from paper_campaign import cases
+
 from mill_campaign.charge import (
     Packing,
     capacity,
@@ -14,7 +16,6 @@ from mill_campaign.charge import (
 )
 from mill_campaign.config import Ball
 from mill_campaign.errors import CampaignError
-from paper_campaign import cases
 
 LINER = mill_core.Liner(3.9, 3.61, 0.25, 0.635, 25).scaled(2.6)
 EQUAL = Ball(0.02, 2678.0, 0.0, 2.0)

@@ -1,10 +1,11 @@
 import math
 
 import pytest
+from paper_campaign import MULTI_BALL, write_campaign
+
 from mill_campaign.config_build import load_campaign
 from mill_campaign.config_keys import REQUIRED, SECTIONS
 from mill_campaign.config_read import read_value
-from paper_campaign import MULTI_BALL, write_campaign
 
 
 def test_shear_modulus_and_poisson_ratio_give_youngs_modulus(tmp_path):

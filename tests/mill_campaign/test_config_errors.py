@@ -1,9 +1,10 @@
 """Wrong campaign files: one line with the cause and what is accepted, and nothing is written."""
 
 import pytest
+from paper_campaign import MULTI_BALL, campaign_text
+
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import generate
-from paper_campaign import MULTI_BALL, campaign_text
 
 ROTATION = {"rotation_angle_rad": 1.0, "step_s": 1e-4}
 

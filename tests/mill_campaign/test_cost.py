@@ -1,4 +1,5 @@
 import pytest
+
 from mill_campaign.cost import wall_time
 
 # Reference runs on two ranks at 1e-4 s: balls, omega [rad/s], wall time of 0.8 s of settling and

@@ -3,9 +3,10 @@ import os
 from pathlib import Path
 
 import pytest
+from paper_campaign import MULTI_BALL, write_campaign
+
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import changed_cases, generate
-from paper_campaign import MULTI_BALL, write_campaign
 
 
 def files(folder: Path) -> dict[str, tuple[str, int]]:

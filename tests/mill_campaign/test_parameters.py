@@ -1,8 +1,9 @@
 import re
 
 import pytest
-from mill_campaign.parameters import parameters, write_parameters
 from paper_campaign import MULTI_BALL, REPOSITORY, cases
+
+from mill_campaign.parameters import parameters, write_parameters
 
 PROMISED = set(
     """

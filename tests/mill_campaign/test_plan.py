@@ -2,10 +2,11 @@ import csv
 import json
 
 import pytest
-from mill_campaign.config_build import load_campaign
-from mill_campaign.plan import plan_rows, render_plan
 from paper_campaign import CAMPAIGNS, MULTI_BALL, PAPER, write_campaign
 from rich.console import Console
+
+from mill_campaign.config_build import load_campaign
+from mill_campaign.plan import plan_rows, render_plan
 
 ROW_KEYS = {
     "id", "scheme", "policy", "S", "radius_m", "lifter_top_radius_m", "lifter_top_width_m",

@@ -5,8 +5,9 @@ import signal
 import time
 
 import pytest
-from mill_campaign.stage_table import STAGES
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
+
+from mill_campaign.stage_table import STAGES
 
 
 def products(kind):

@@ -2,8 +2,9 @@ import math
 
 import mill_core
 import pytest
-from mill_campaign.time_step import impact_speed
 from paper_campaign import cases
+
+from mill_campaign.time_step import impact_speed
 
 MULTI = {
     "single_ball": None,

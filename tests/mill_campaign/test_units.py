@@ -3,6 +3,7 @@ import math
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+
 from mill_campaign.errors import CampaignError
 from mill_campaign.units import AGREEMENT, resolve, speed_forms, split_unit
 

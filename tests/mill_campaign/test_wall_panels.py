@@ -3,10 +3,11 @@ import math
 import mill_core
 import numpy as np
 import pytest
+from paper_campaign import MULTI_BALL, cases
+
 from liner_mesh import build_liner_mesh, curvature_deg
 from mill_campaign.charge import liner_of
 from mill_campaign.wall_panels import distance
-from paper_campaign import MULTI_BALL, cases
 
 
 @pytest.mark.parametrize("divisions", [1, 3])

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import mill_core
 import numpy as np
-from liner_mesh import build_liner_mesh, curvature_deg, write_stl
+import scipy.optimize
 
+from liner_mesh import build_liner_mesh, curvature_deg, write_stl
 from mill_campaign.engine_run import find_engine
 
 HEAD = """
@@ -142,15 +143,32 @@ def wall_and_drive(S: float, scheme: str, curvature: float, start: str, detach: 
 
 
 def loose_bed(radius: float, count: int, length: float, seed: int) -> np.ndarray:
-    """(count, 3) positions [m] of 20 mm balls above the bottom of a mill, none touching."""
-    spacing, random = 0.0425, np.random.default_rng(seed)
-    columns, along = 9, int(length / spacing)
+    """(count, 3) positions [m] of 20 mm balls stacked in the bottom groove, almost touching."""
+    spacing, random = 0.0404, np.random.default_rng(seed)
+    columns, along = 5, int(length / spacing)
     index = np.arange(count)
     x = (index % columns - (columns - 1) / 2) * spacing
     y = (index // columns % along + 0.5) * (length / along)
-    z = -np.sqrt((0.87 * radius) ** 2 - (columns / 2 * spacing) ** 2) + 0.03
+    z = 0.005 - np.sqrt((radius - 0.02) ** 2 - (columns / 2 * spacing) ** 2)
     z = z + index // (columns * along) * spacing
-    return np.column_stack([x, y, z]) + random.uniform(-5e-4, 5e-4, (count, 3))
+    return np.column_stack([x, y, z]) + random.uniform(-1e-4, 1e-4, (count, 3))
+
+
+def about_to_be_thrown(S: float) -> tuple[np.ndarray, str]:
+    """A ball just off a lifter's face on the rising side, and its velocity with the mill: it rides
+    the face and leaves its tip within half a radian."""
+    liner = mill_core.Liner(3.9 / S, 3.61 / S, 0.25 / S, 0.635 / S, 25)
+    path, groove = 3.9 / S - 0.04, 9 * 2 * np.pi / 25
+
+    def place(psi):
+        return -path * np.sin(psi), -path * np.cos(psi)
+
+    psi = scipy.optimize.brentq(
+        lambda psi: liner.nearest(*place(psi)).distance - 1.001 * 0.02, groove - 0.16, groove
+    )
+    (x, z), speed = place(psi), np.sqrt(S) * path
+    velocity = f"velocity all set {-speed * np.cos(psi):.6f} 0.4 {speed * np.sin(psi):.6f}\n"
+    return np.array([[x, SLICE / 2, z]]), velocity
 
 
 def read_dump(path: Path) -> dict[str, np.ndarray]:

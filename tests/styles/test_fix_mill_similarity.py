@@ -5,6 +5,7 @@ import math
 import mill_core
 import numpy as np
 import pytest
+
 from scene import HEAD, MATERIAL, read_dump, run, write_liner
 
 BALL = 0.02
@@ -208,8 +209,10 @@ def test_help_lists_the_styles_before_those_of_the_engine(tmp_path):
 
 @pytest.mark.validate
 def test_the_mesh_stays_on_the_axis_over_a_million_steps(tmp_path):
-    deck = _turning_drum(tmp_path, "", 1_000_000).replace("omega 2e-5", "omega 2.0").replace(
-        "gravity 1e-9", "gravity 9.81"
+    deck = (
+        _turning_drum(tmp_path, "", 1_000_000)
+        .replace("omega 2e-5", "omega 2.0")
+        .replace("gravity 1e-9", "gravity 9.81")
     )
     deck = deck.replace("create_atoms 1 single 0 0.1 0", "create_atoms 1 single 0 0.1 -0.479")
     result = run(tmp_path, deck + 'print "centre $(f_liner[1])"\n' + ALL_VALUES)
