@@ -19,6 +19,7 @@ from mill_analysis.run_folder import (
     missing_products,
     read_json,
 )
+from mill_analysis.windows import common_windows
 
 Row = dict[str, Any]
 
@@ -65,14 +66,19 @@ class Campaign:
 
     def results(self) -> dict[str, Any]:
         """Content of report/results.json."""
-        windows = comparison.common_windows(self.single)
+        windows = common_windows(self.single)
         return {
             "schema": SCHEMA,
             "campaign": self.name,
             "single_ball": self.rows,
             "regressions": self.fits,
             "energy_windows": {
-                scheme: {"window_rad": window.length, "limited_by": window.limited_by}
+                scheme: {
+                    "begin_rad": window.begin,
+                    "end_rad": window.end,
+                    "from_throw_rad": window.from_throw,
+                    "limited_by": window.limited_by,
+                }
                 for scheme, window in windows.items()
             },
             "multi_ball": self.charge_rows,

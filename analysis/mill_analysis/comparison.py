@@ -2,49 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import groupby
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from scipy.stats import linregress
 
 from mill_analysis import energy, paper
 from mill_analysis.run_folder import FinishedCase
 from mill_analysis.single_ball import ball_of, flight_of
+from mill_analysis.windows import Window, common_windows
 
 Row = dict[str, Any]
 POLICIES = ("paper", "corrected", "offset-liner")
+# Energies are compared between mill angles common to all models, from each model's own throw, and
+# between the paper's mill angles: prefixes of the keys.
+MEASURES = ("", "from_throw_", "paper_angles_")
 _ANGLES = ("detach_angle_", "liner_off_angle_")
-
-
-@dataclass(frozen=True)
-class Window:
-    """Mill rotation from the throw over which the cases of a scheme are compared.
-
-    Attributes:
-        length: [rad].
-        limited_by: id of the case whose flight is shorter than the paper's window, or None.
-    """
-
-    length: float
-    limited_by: str | None
-
-
-def common_windows(cases: list[FinishedCase]) -> dict[str, Window]:
-    """One window for each scheme: the paper's, or the shortest flight of the scheme's throws."""
-    windows = {}
-    for case in _thrown(cases):
-        scheme, length = case.case["scheme"], case.result["throws"][0]["flight_length_rad"]
-        now = windows.get(scheme, Window(paper.longest_window(), None))
-        windows[scheme] = Window(length, case.id) if length < now.length else now
-    return windows
+_ENERGY_KEYS = (
+    *("throw_rad", "energy_begin_rad", "energy_end_rad", "energy_change_J"),
+    *("from_throw_window_rad", "from_throw_energy_change_J"),
+    *("off_parabola", "energy_imbalance"),
+)
+T = TypeVar("T")
+Key = tuple[str, str, float]
 
 
 def single_ball_rows(cases: list[FinishedCase]) -> list[Row]:
     """A row for each case, by scheme, policy and S; keys and units: docs/files.md.
 
-    Energies are changes over the scheme's common window, exact on the parabola of the first throw.
-    Ratios are to S = 1 of the same scheme and policy, or of another policy: all are the same there.
+    Energies are changes on the parabola of the first throw. Ratios are to S = 1 of the same scheme
+    and policy, or of another policy: all policies are the same mill there.
     """
     windows = common_windows(cases)
     rows = [_row(case, windows.get(case.case["scheme"])) for case in sorted(cases, key=place)]
@@ -53,19 +40,55 @@ def single_ball_rows(cases: list[FinishedCase]) -> list[Row]:
     return rows
 
 
+def ratio_key(measure: str) -> str:
+    """Key of the energy ratio of a measure."""
+    return f"{measure}ratio" if measure else "energy_ratio"
+
+
 def place(case: FinishedCase) -> tuple:
     """Place of a case in tables: by scheme, policy and S."""
     document = case.case
     return document["scheme"], POLICIES.index(document["policy"]), document["S"], case.id
 
 
+def policy_models(entries: list[T], key: Callable[[T], Key]) -> dict[tuple[str, str], list[T]]:
+    """Models of each scheme and policy. At S = 1 all policies are the same mill: a policy without
+    such a model borrows another's.
+
+    Args:
+        entries: in the order of `place`.
+        key: scheme, policy and S of an entry.
+    """
+    groups: dict[tuple[str, str], list[T]] = {}
+    for entry in entries:
+        groups.setdefault(key(entry)[:2], []).append(entry)
+    for (scheme, _), group in groups.items():
+        if not any(is_physical(key(entry)[2]) for entry in group):
+            same = (e for e in entries if key(e)[0] == scheme and is_physical(key(e)[2]))
+            group[:0] = list(same)[:1]
+    return groups
+
+
+def row_key(row: Row) -> Key:
+    """Scheme, policy and S of a row."""
+    return row["scheme"], row["policy"], row["S"]
+
+
+def case_key(case: FinishedCase) -> Key:
+    """Scheme, policy and S of a case."""
+    return case.case["scheme"], case.case["policy"], case.case["S"]
+
+
+def is_physical(S: float) -> bool:
+    """Whether S is that of the physical mill."""
+    return abs(S - 1.0) < 1e-9
+
+
 def regressions(rows: list[Row]) -> list[Row]:
     """Ratio against prediction for each scheme and policy: regression line, worst deviation over
     S > 1, spread of the detach angles (largest minus smallest)."""
-    return [
-        _regression(scheme, policy, list(group))
-        for (scheme, policy), group in groupby(rows, key=lambda r: (r["scheme"], r["policy"]))
-    ]
+    groups = policy_models(rows, row_key)
+    return [_regression(scheme, policy, group) for (scheme, policy), group in groups.items()]
 
 
 def regression_line(predicted: list[float], ratio: list[float]) -> dict[str, float | None]:
@@ -80,10 +103,6 @@ def regression_line(predicted: list[float], ratio: list[float]) -> dict[str, flo
     }
 
 
-def _thrown(cases: list[FinishedCase]) -> list[FinishedCase]:
-    return [case for case in cases if case.result["throws"]]
-
-
 def _row(case: FinishedCase, window: Window | None) -> Row:
     document, result = case.case, case.result
     mill, fixed = document["mill"], result["paper_angles"]
@@ -94,7 +113,6 @@ def _row(case: FinishedCase, window: Window | None) -> Row:
         "point_mass_detach_angle_deg": mill["detach_angle_deg"],
         "cycles": result["cycles"],
         "problem": result["problem"],
-        "energy_window_rad": window.length if window else None,
         **_energy(case, window),
         "paper_angles_energy_change_J": abs(fixed["kinetic_J"]) if fixed else None,
         "paper_angles_in_flight": fixed["in_flight"] if fixed else None,
@@ -109,44 +127,41 @@ def _row(case: FinishedCase, window: Window | None) -> Row:
 
 
 def _energy(case: FinishedCase, window: Window | None) -> Row:
-    """Energy change over the window; over that change, how far the samples of the flight are off
-    the parabola, and what is missing for kinetic and potential energy to balance."""
+    """Energy changes between the common mill angles and from the case's own throw; over the
+    latter, how far the samples are off the parabola, and the sum of what kinetic energy gains and
+    potential energy loses."""
     if not case.result["throws"]:
-        keys = ("energy_begin_rad", "energy_change_J", "off_parabola", "energy_imbalance")
-        return dict.fromkeys(keys)
+        return dict.fromkeys(_ENERGY_KEYS)
     throw, sampled = case.result["throws"][0], case.result["throw_energy"]
-    change = abs(energy.change_on_parabola(flight_of(throw), ball_of(case.case), window.length))
+    flight, ball = flight_of(throw), ball_of(case.case)
+    begin = throw["mill_angle_rad"]
+    common = energy.change_on_parabola(flight, ball, window.begin, window.end)
+    own = energy.change_on_parabola(flight, ball, begin, begin + window.from_throw)
     off = max(sampled["off_parabola_kinetic_J"], sampled["off_parabola_potential_J"])
     imbalance = abs(sampled["kinetic_sampled_J"] + sampled["potential_sampled_J"])
-    return {
-        "energy_begin_rad": throw["mill_angle_rad"],
-        "energy_change_J": change,
-        "off_parabola": off / change if change else None,
-        "energy_imbalance": imbalance / change if change else None,
-    }
+    values = (
+        *(begin, window.begin, window.end),
+        abs(common) if window.end > window.begin else None,
+        *(window.from_throw, abs(own)),
+        *((off / abs(own), imbalance / abs(own)) if own else (None, None)),
+    )
+    return dict(zip(_ENERGY_KEYS, values, strict=True))
 
 
 def _reference(row: Row, rows: list[Row]) -> Row | None:
-    physical = [r for r in rows if r["scheme"] == row["scheme"] and abs(r["S"] - 1.0) < 1e-9]
+    physical = [r for r in rows if r["scheme"] == row["scheme"] and is_physical(r["S"])]
     same_policy = [r for r in physical if r["policy"] == row["policy"]]
     return next(iter(same_policy + physical), None)
 
 
 def _compare(row: Row, reference: Row | None) -> None:
-    ratio = _ratio(row, reference, "energy_change_J")
     row["reference"] = reference["id"] if reference else None
-    row["energy_ratio"] = ratio
-    row["relative_error"] = _relative(ratio, row["predicted_ratio"])
-    row["relative_error_to_centre_path"] = _relative(ratio, row["centre_path_ratio"])
-    fixed = _ratio(row, reference, "paper_angles_energy_change_J")
-    row["paper_angles_ratio"] = fixed
-    row["paper_angles_relative_error"] = _relative(fixed, row["predicted_ratio"])
-
-
-def _ratio(row: Row, reference: Row | None, key: str) -> float | None:
-    if reference is None or row[key] is None or not reference[key]:
-        return None
-    return row[key] / reference[key]
+    for name in MEASURES:
+        change = f"{name}energy_change_J"
+        known = reference is not None and row[change] is not None and reference[change]
+        row[ratio_key(name)] = row[change] / reference[change] if known else None
+        row[f"{name}relative_error"] = _relative(row[ratio_key(name)], row["predicted_ratio"])
+    row["relative_error_to_centre_path"] = _relative(row["energy_ratio"], row["centre_path_ratio"])
 
 
 def _relative(ratio: float | None, predicted: float) -> float | None:
@@ -154,28 +169,21 @@ def _relative(ratio: float | None, predicted: float) -> float | None:
 
 
 def _regression(scheme: str, policy: str, rows: list[Row]) -> Row:
-    compared = [row for row in rows if row["energy_ratio"] is not None]
-    scaled = [row for row in compared if row["id"] != row["reference"] and row["S"] > 1.0]
-    worst = max(scaled, key=lambda row: abs(row["relative_error"]), default=None)
-    predicted = [row["predicted_ratio"] for row in compared]
-    at_paper_angles = [row for row in compared if row["paper_angles_in_flight"]]
-    return {
-        "scheme": scheme,
-        "policy": policy,
-        "models": len(rows),
-        **regression_line(predicted, [row["energy_ratio"] for row in compared]),
-        "worst_relative_error": worst["relative_error"] if worst else None,
-        "worst_case": worst["id"] if worst else None,
+    fit = {"scheme": scheme, "policy": policy, "models": len(rows)}
+    for name in MEASURES:
+        ratio, error = ratio_key(name), f"{name}relative_error"
+        compared = [row for row in rows if row[ratio] is not None]
+        scaled = [row for row in compared if not is_physical(row["S"])]
+        worst = max(scaled, key=lambda row: abs(row[error]), default=None)
+        predicted = [row["predicted_ratio"] for row in compared]
+        line = regression_line(predicted, [row[ratio] for row in compared])
+        fit |= {f"{name}{key}": value for key, value in line.items()}
+        fit[f"{name}worst_relative_error"] = worst[error] if worst else None
+        fit[f"{name}worst_case"] = worst["id"] if worst else None
+    return fit | {
         "detach_angle_spread_deg": _spread(rows, "detach_angle_deg"),
         "liner_off_angle_spread_deg": _spread(rows, "liner_off_angle_deg"),
-        "paper_angles_models_in_flight": len(at_paper_angles),
-        "paper_angles_correlation": regression_line(
-            [row["predicted_ratio"] for row in at_paper_angles],
-            [row["paper_angles_ratio"] for row in at_paper_angles],
-        )["correlation"],
-        "paper_angles_worst_relative_error": max(
-            (row["paper_angles_relative_error"] for row in at_paper_angles), key=abs, default=None
-        ),
+        "paper_angles_models_in_flight": sum(bool(row["paper_angles_in_flight"]) for row in rows),
     }
 
 

@@ -37,16 +37,17 @@ class EnergyChange:
     in_flight: bool
 
 
-def change_on_parabola(flight: Flight, ball: Ball, window: float) -> float:
-    """Gain of kinetic energy from the begin of a flight over `window` of mill rotation [J].
+def change_on_parabola(flight: Flight, ball: Ball, begin: float, end: float) -> float:
+    """Gain of kinetic energy between two mill angles of a flight [J].
 
     Exact, from the recorded release: dv/dt = -g.
 
     Args:
-        window: mill rotation [rad].
+        begin, end: mill angles [rad].
     """
     release = Release(flight.position, flight.velocity, ball.gravity)
-    return float(release.kinetic_change(window / ball.omega, ball.mass))
+    times = (np.array([begin, end]) - flight.mill_angle) / ball.omega
+    return float(np.diff(release.kinetic_change(times, ball.mass))[0])
 
 
 def sampled_change(series: Series, begin: float, end: float, seen: list[Flight]) -> EnergyChange:

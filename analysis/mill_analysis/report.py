@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from mill_analysis import comparison, paper, report_figures
 from mill_analysis.campaign import Campaign, load_campaign
 from mill_analysis.run_folder import RunFolderError, write_json
+from mill_analysis.windows import common_windows
 
 PAGE = Path(__file__).parent / "page"
 REPORT, INDEX, RESULTS = "report", "index.html", "results.json"
@@ -58,7 +58,7 @@ def _page(campaign: Campaign, folder: Path) -> str:
         geometry=_geometry(campaign),
         angles=_angles(campaign),
         energies=_energies(campaign),
-        windows=comparison.common_windows(campaign.single),
+        windows=common_windows(campaign.single),
         words=report_figures.words,
         policies=report_figures.policy_figures(campaign, folder),
         ratios=report_figures.ratio_figures(campaign, folder),
@@ -120,13 +120,14 @@ def _geometry(campaign: Campaign) -> list[dict[str, Any]]:
 
 def _angles(campaign: Campaign) -> list[dict[str, Any]]:
     """Rows of the detach angles by scheme and policy, with what the paper read off."""
+    models = comparison.policy_models(campaign.rows, comparison.row_key)
     return [
         {
             "scheme": fit["scheme"],
             "policy": fit["policy"],
             "fit": fit,
             "reported": paper.reported_throw(fit["scheme"]),
-            "rows": _of(campaign, fit["scheme"], fit["policy"]),
+            "rows": models[fit["scheme"], fit["policy"]],
         }
         for fit in campaign.fits
     ]
@@ -134,11 +135,11 @@ def _angles(campaign: Campaign) -> list[dict[str, Any]]:
 
 def _energies(campaign: Campaign) -> list[dict[str, Any]]:
     """Tables 8 and 9: for each scheme a line for each S, a cell for each policy."""
+    models = comparison.policy_models(campaign.rows, comparison.row_key)
     tables = []
-    for scheme, group in groupby(campaign.rows, key=lambda row: row["scheme"]):
-        rows = list(group)
-        policies = list(dict.fromkeys(row["policy"] for row in rows))
-        by_place = {(row["S"], row["policy"]): row for row in rows}
+    for scheme in dict.fromkeys(row["scheme"] for row in campaign.rows):
+        policies = [policy for of, policy in models if of == scheme]
+        columns = [{row["S"]: row for row in models[scheme, policy]} for policy in policies]
         tables.append(
             {
                 "scheme": scheme,
@@ -149,19 +150,22 @@ def _energies(campaign: Campaign) -> list[dict[str, Any]]:
                     key=abs,
                     default=None,
                 ),
-                "lines": [
-                    {
-                        "S": S,
-                        "predicted": next(r["predicted_ratio"] for r in rows if r["S"] == S),
-                        "paper": paper.reported_energy(scheme, S),
-                        "cells": [by_place.get((S, policy)) for policy in policies],
-                    }
-                    for S in sorted({row["S"] for row in rows})
-                ],
+                "lines": [_line(scheme, S, columns) for S in sorted(set().union(*columns))],
                 "fits": [fit for fit in campaign.fits if fit["scheme"] == scheme],
             }
         )
     return tables
+
+
+def _line(scheme: str, S: float, columns: list[dict[float, Any]]) -> dict[str, Any]:
+    """One S of a scheme: a cell for each policy's column of rows by S."""
+    cells = [column.get(S) for column in columns]
+    return {
+        "S": S,
+        "predicted": next(cell["predicted_ratio"] for cell in cells if cell),
+        "paper": paper.reported_energy(scheme, S),
+        "cells": cells,
+    }
 
 
 def _model(campaign: Campaign) -> dict[str, list[dict[str, str]]]:
@@ -172,10 +176,6 @@ def _model(campaign: Campaign) -> dict[str, list[dict[str, str]]]:
             for entry in case.case.get("model", {}).get(side, []):
                 known.setdefault(f"{entry['what']}: {entry['reason']}", entry)
     return {side: list(known.values()) for side, known in statements.items()}
-
-
-def _of(campaign: Campaign, scheme: str, policy: str) -> list[dict[str, Any]]:
-    return [r for r in campaign.rows if (r["scheme"], r["policy"]) == (scheme, policy)]
 
 
 def main(arguments: list[str] | None = None) -> int:

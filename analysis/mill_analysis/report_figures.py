@@ -132,11 +132,11 @@ def _picture_angles(case: FinishedCase) -> list[float]:
 
 
 def _tracks(campaign: Campaign) -> Iterator[tuple[tuple[str, str], list[figures.Track]]]:
-    def key(case: FinishedCase) -> tuple[str, str]:
-        return case.case["scheme"], case.case["policy"]
-
-    for group, cases in groupby(campaign.single, key=key):
-        yield group, [figures.Track(case) for case in cases]
+    """Tracks of the models of each scheme and policy."""
+    tracks = [figures.Track(case) for case in campaign.single]
+    yield from comparison.policy_models(
+        tracks, lambda track: comparison.case_key(track.finished)
+    ).items()
 
 
 def _save(figure: Figure, path: Path, caption: str) -> Image:

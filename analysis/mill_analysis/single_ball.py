@@ -54,6 +54,7 @@ def _first_throw(case: dict[str, Any], series: Series, throw: events.Throw) -> d
     ball, mill = ball_of(case), case["mill"]
     flight = throw.flight
     window = min(flight.length, paper.longest_window())
+    span = (flight.mill_angle, flight.mill_angle + window)
     sampled = energy.change_from_release(series, flight, ball, window)
     kinetic, potential = energy.deviation_from_parabola(series, flight, ball)
     regions = events.regions(series, throw, ball.omega, mill["radius_m"])
@@ -63,7 +64,7 @@ def _first_throw(case: dict[str, Any], series: Series, throw: events.Throw) -> d
         "throw_energy": {
             "begin_rad": flight.mill_angle,
             "window_rad": window,
-            "change_J": energy.change_on_parabola(flight, ball, window),
+            "change_J": energy.change_on_parabola(flight, ball, *span),
             "kinetic_sampled_J": sampled.kinetic,
             "potential_sampled_J": sampled.potential,
             "off_parabola_kinetic_J": kinetic,

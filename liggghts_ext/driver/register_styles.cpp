@@ -15,6 +15,7 @@
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
 #include "fix_mill_similarity.h"
+#include "fix_wall_mill.h"
 #include "lammps.h"
 #include "modify.h"
 
@@ -58,6 +59,7 @@ void register_styles(LAMMPS& engine)
 {
   FixMap& fixes = *(engine.modify->*fix_map_member());
   fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
+  fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
@@ -69,6 +71,7 @@ void list_styles(std::ostream& out)
 {
   out << "\nStyles added by millscale:\n"
          "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
+         "  fix wall/mill            the turning lifter-liner as an analytic wall with exact arcs\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
          "  compute mill/detach      state of each ball, and where and when it left liner and charge\n"
          "  fix mill/detach/track    per-ball records behind compute mill/detach (made by it)\n"

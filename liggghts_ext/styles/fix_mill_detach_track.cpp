@@ -13,6 +13,7 @@
 #include "fix_contact_history_mesh.h"
 #include "fix_mesh_surface.h"
 #include "fix_mill_similarity.h"
+#include "fix_wall_mill.h"
 #include "memory.h"
 #include "modify.h"
 #include "tri_mesh.h"
@@ -122,6 +123,9 @@ void FixMillDetachTrack::init()
         "mill: '" + mill_id_ + "' is not the id of a fix mill/similarity; define that fix first";
     error->fix_error(FLERR, this, message.c_str());
   }
+  analytic_walls_.clear();
+  for (int f = 0; f < modify->nfix; ++f)
+    if (auto* wall = dynamic_cast<FixWallMill*>(modify->fix[f])) analytic_walls_.push_back(wall);
   mill_.axis = mill_fix_->axis();
   mill_.down = mill_fix_->down();
   mill_.origin = mill_fix_->origin();
@@ -177,6 +181,7 @@ bool FixMillDetachTrack::feels_contact(int i) const
 void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
 {
   wall = liner = false;
+  for (const FixWallMill* analytic : analytic_walls_) analytic->contacts(i, wall, liner);
   for (FixMeshSurface* fix : mill_fix_->meshes()) {
     const FixContactHistoryMesh* contacts = fix->contactHistory();
     if (!contacts) continue;

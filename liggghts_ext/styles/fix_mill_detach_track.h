@@ -8,6 +8,7 @@ FixStyle(mill/detach/track, FixMillDetachTrack)
 #define LMP_FIX_MILL_DETACH_TRACK_H
 
 #include <string>
+#include <vector>
 
 #include "detachment/detachment.h"
 #include "fix.h"
@@ -15,6 +16,7 @@ FixStyle(mill/detach/track, FixMillDetachTrack)
 namespace LAMMPS_NS {
 
 class FixMillSimilarity;
+class FixWallMill;
 
 /// Per-ball detachment records, advanced at the end of every step and carried across ranks and
 /// restarts. Made by compute mill/detach, which publishes them; arguments: docs/styles.md.
@@ -57,6 +59,7 @@ class FixMillDetachTrack : public Fix {
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
+  std::vector<FixWallMill*> analytic_walls_;
   millscale::detachment::MillFrame mill_;
   double lifter_top_radius_ = 0.0;
   double gap_ = 1.0;               ///< in ball radii

@@ -196,7 +196,7 @@ void FixMillSimilarity::initial_integrate(int)
 
 void FixMillSimilarity::set_wall_velocity()
 {
-  const double speed = rotation_.speed(update->ntimestep);
+  const double speed = speed_now();
   const Vector omega{speed * axis_[0], speed * axis_[1], speed * axis_[2]};
   for (FixMeshSurface* fix : meshes_) {
     TriMesh& mesh = *fix->triMesh();
@@ -231,6 +231,11 @@ double FixMillSimilarity::mill_time() const
   return rotation_.time(update->ntimestep);
 }
 
+double FixMillSimilarity::speed_now() const
+{
+  return rotation_.speed(update->ntimestep);
+}
+
 double FixMillSimilarity::compute_scalar()
 {
   return mill_angle();
@@ -240,7 +245,7 @@ double FixMillSimilarity::compute_vector(int index)
 {
   switch (index + 1) {
     case mill_angle_rad: return mill_angle();
-    case speed_now_rad_s: return rotation_.speed(update->ntimestep);
+    case speed_now_rad_s: return speed_now();
     case gravity_m_s2: return gravity();
     case froude: return scaled_.froude;
     case radius_m: return scaled_.mill.radius;

@@ -41,6 +41,7 @@ class FixMillSimilarity : public Fix {
   const millscale::similarity::ScaledMill& scaled() const { return scaled_; }
   double mill_angle() const;
   double mill_time() const;
+  double speed_now() const;
   double gravity() const { return scaled_.mill.gravity; }
   const millscale::detachment::Vector& axis() const { return axis_; }
   const millscale::detachment::Vector& down() const { return down_; }

@@ -9,7 +9,7 @@ import mill_core
 import numpy as np
 
 from mill_campaign.ball_sizes import mean_volume
-from mill_campaign.charge import capacity
+from mill_campaign.charge import Room, capacity
 from mill_campaign.config import Campaign, Study
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, physical_liner
@@ -150,8 +150,8 @@ def ball_count(campaign: Campaign, model: Model) -> int:
         count = volume * (1.0 - charge.porosity) / mean_volume(campaign.ball)
     ball = campaign.ball
     largest = ball.radius + ball.radius_std * ball.truncation
-    gap = chord_error(campaign, model)
-    places = capacity(model.liner, model.simulated_length, largest, gap)
+    room = Room(model.liner, model.simulated_length, chord_error(campaign, model))
+    places = capacity(room, largest)
     if not 0.5 <= count <= min(places, MOST_BALLS):
         raise CampaignError(
             campaign.file,

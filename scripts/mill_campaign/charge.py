@@ -26,6 +26,21 @@ ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
+class Room:
+    """Where balls may be put.
+
+    Attributes:
+        liner: mill_core.Liner.
+        length: period along the axis [m].
+        gap: kept clear of the liner, whose panels cut its arcs [m].
+    """
+
+    liner: mill_core.Liner
+    length: float
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
 class Packing:
     """Balls at rest that touch neither each other nor the liner.
 
@@ -48,15 +63,8 @@ def write_charge(case: Mapping[str, Any], folder: Path) -> None:
     """
     ball = case["ball"]
     sizes = Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
-    packing = pack(
-        liner_of(case),
-        case["mill"]["simulated_length_m"],
-        sizes,
-        ball["count"],
-        np.random.default_rng(case["seed"]),
-        gap=case["wall"]["chord_error_m"],
-        name=case["id"],
-    )
+    room = Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
+    packing = pack(room, sizes, ball["count"], np.random.default_rng(case["seed"]))
     write_data(packing, sizes.density, case["domain"]["half_box_m"], Path(folder) / FILE)
 
 
@@ -73,67 +81,52 @@ def liner_of(case: Mapping[str, Any]) -> mill_core.Liner:
     )
 
 
-def pack(
-    liner: mill_core.Liner,
-    length: float,
-    ball: Ball,
-    count: int,
-    random: np.random.Generator,
-    *,
-    gap: float = 0.0,
-    name: str = "charge",
-) -> Packing:
+def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Packing:
     """Pack balls on columns along the axis that stand on a hexagonal lattice of the cross-section.
 
     Columns are filled from the lowest up and shifted along the axis at random. Every ball is then
     displaced at random within its share of the lattice's slack, so that no ball can reach another:
     neighbouring columns stay a largest diameter apart, and so do balls of one column.
 
-    Args:
-        length: period along the axis [m].
-        count: balls.
-        gap: kept clear of the liner, whose panels cut its arcs [m].
-        name: for the message of the error.
+    Raises:
+        CampaignError: there are fewer places than balls.
     """
     radii = draw_radii(ball, count, random)
     largest = float(radii.max())
-    columns, per_column = _places(liner, length, largest, gap)
+    columns, per_column = _places(room, largest)
     if per_column * len(columns) < count:
-        raise CampaignError(
-            name, "ball.count", f"{count} balls do not fit", f"<= {per_column * len(columns)} balls"
-        )
+        most = per_column * len(columns)
+        raise CampaignError(FILE, "", f"{count} balls do not fit", f"<= {most} balls")
     needed = columns[: math.ceil(count / per_column)]
     column = np.repeat(np.arange(len(needed)), per_column)[:count]
     place = np.tile(np.arange(per_column), len(needed))[:count]
-    spacing = length / per_column
+    spacing = room.length / per_column
     play = max(0.0, 0.5 * spacing - largest * (1.0 + ROUNDING))
-    shift = random.uniform(0.0, length, len(needed))[column]
+    shift = random.uniform(0.0, room.length, len(needed))[column]
     y = place * spacing + shift + play * random.uniform(-1.0, 1.0, count)
     angle = random.uniform(0.0, math.tau, count)
     reach = (SLACK - ROUNDING) * largest * random.uniform(0.0, 1.0, count)
     x = needed[column, 0] + reach * np.cos(angle)
     z = needed[column, 1] + reach * np.sin(angle)
-    return Packing(np.column_stack([x, _wrapped(y, length), z]), radii, length)
+    return Packing(np.column_stack([x, _wrapped(y, room.length), z]), radii, room.length)
 
 
-def capacity(liner: mill_core.Liner, length: float, largest: float, gap: float) -> int:
+def capacity(room: Room, largest: float) -> int:
     """The most balls of a radius `largest` [m] that `pack` finds a place for."""
-    columns, per_column = _places(liner, length, largest, gap)
+    columns, per_column = _places(room, largest)
     return per_column * len(columns)
 
 
-def _places(
-    liner: mill_core.Liner, length: float, largest: float, gap: float
-) -> tuple[np.ndarray, int]:
+def _places(room: Room, largest: float) -> tuple[np.ndarray, int]:
     """(n, 2) float, x and z of the columns [m] from the lowest up, and the balls of a column."""
     spacing = 2.0 * largest * (1.0 + SLACK)
     height = spacing * math.sqrt(3.0) / 2.0
-    n, rows = math.ceil(liner.radius / spacing) + 1, math.ceil(liner.radius / height) + 1
+    n, rows = math.ceil(room.liner.radius / spacing) + 1, math.ceil(room.liner.radius / height) + 1
     i, row = np.meshgrid(np.arange(-n, n + 1), np.arange(-rows, rows + 1))
     points = np.column_stack([((i + 0.5 * (row % 2)) * spacing).ravel(), (row * height).ravel()])
-    clear = liner.nearest(points).distance >= largest * (1.0 + SLACK) + gap
+    clear = room.liner.nearest(points).distance >= largest * (1.0 + SLACK) + room.gap
     columns = points[clear][np.lexsort((points[clear, 0], points[clear, 1]))]
-    return columns, max(1, math.floor(length / spacing))
+    return columns, max(1, math.floor(room.length / spacing))
 
 
 def _wrapped(y: np.ndarray, length: float) -> np.ndarray:

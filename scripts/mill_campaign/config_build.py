@@ -18,6 +18,8 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.units import resolve, speed_forms
 
 Section = Mapping[str, Any]
+# Radius in ball radii: a slice of such a mill, one ball thick, holds over half a million balls.
+LARGEST_MILL = 2000.0
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -73,12 +75,12 @@ def _name(path: Path, name: str | None) -> str:
 
 def _mill(path: Path, mill: Section, ball: Section) -> Mill:
     radius, gravity = mill["radius_m"], mill["gravity_m_s2"]
-    if ball["radius_m"] >= radius:
+    if not radius / LARGEST_MILL <= ball["radius_m"] < radius:
         raise CampaignError(
             path,
             "ball.radius_m",
-            f"got {ball['radius_m']:g}",
-            f"less than mill.radius_m = {radius:g}",
+            f"got {ball['radius_m']:g} in a mill of {radius:g} m",
+            f">= {radius / LARGEST_MILL:g} and < {radius:g}",
         )
     forms = speed_forms(radius, ball["radius_m"], gravity)
     omega = resolve(mill, forms, "rad/s", (path, "mill"))

@@ -176,8 +176,10 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     },
     "wall": {
         "kind": Key("text", "how the liner is represented", "mesh", choices=("mesh",)),
-        "chord_error_m": _positive(
-            "largest gap of arc and panel, physical mill [m]; default: 2.5 % of ball radius"
+        "chord_error_m": Key(
+            "number",
+            "largest gap of arc and panel, physical mill [m]; default: 2.5 % of ball radius",
+            least=1e-6,
         ),
         "axial_divisions": Key("integer", "panels along the axis", 1, least=1, most=1000),
     },

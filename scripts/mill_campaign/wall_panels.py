@@ -1,4 +1,4 @@
-"""The liner as panels: how many triangles, and which of them the engine may take for one surface."""
+"""The liner as panels: how many triangles, and which of them are one surface to the engine."""
 
 from __future__ import annotations
 

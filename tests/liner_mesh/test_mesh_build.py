@@ -68,11 +68,25 @@ def test_default_chord_error_gives_all_scaled_mills_similar_meshes(table4_mill, 
     assert_allclose(mesh.nodes * S, reference.nodes, atol=1e-14)
 
 
+def test_an_interrupt_keeps_its_handler_while_gmsh_works(physical, monkeypatch):
+    generate, seen = gmsh.model.mesh.generate, []
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def watch(dimension):
+        seen.append(signal.getsignal(signal.SIGINT))
+        generate(dimension)
+
+    monkeypatch.setattr(gmsh.model.mesh, "generate", watch)
+    try:
+        build_liner_mesh(physical, LENGTH, 5e-4)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert seen == [signal.default_int_handler]
+
+
 def test_gmsh_is_left_as_it_was_found(physical):
-    handler = signal.getsignal(signal.SIGINT)
     build_liner_mesh(physical, LENGTH, 5e-4)
     assert not gmsh.isInitialized()
-    assert signal.getsignal(signal.SIGINT) is handler
 
     gmsh.initialize([], readConfigFiles=False, interruptible=False)
     try:

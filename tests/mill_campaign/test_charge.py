@@ -7,6 +7,7 @@ from paper_campaign import cases
 
 from mill_campaign.charge import (
     Packing,
+    Room,
     capacity,
     largest_overlap,
     liner_of,
@@ -23,7 +24,7 @@ MIXED = Ball(0.02, 2678.0, 0.003, 2.0)
 
 
 def packed(ball: Ball, count: int, length: float, seed: int = 1) -> Packing:
-    return pack(LINER, length, ball, count, np.random.default_rng(seed), gap=4e-4)
+    return pack(Room(LINER, length, 4e-4), ball, count, np.random.default_rng(seed))
 
 
 def overlap_by_definition(packing: Packing) -> float:
@@ -64,7 +65,7 @@ def test_overlap_is_found_within_and_across_the_periodic_ends():
 
 def test_the_largest_mill_of_the_paper_is_packed_in_seconds():
     liner = mill_core.Liner(3.9, 3.61, 0.25, 0.635, 25)
-    packing = pack(liner, 1.0, EQUAL, 231461, np.random.default_rng(1), gap=1e-3)
+    packing = pack(Room(liner, 1.0, 1e-3), EQUAL, 231461, np.random.default_rng(1))
     assert len(packing.radii) == 231461
     assert largest_overlap(packing) == 0.0
     # Filled from the bottom up: the surface is level, below the axis.
@@ -86,7 +87,7 @@ def test_radii_follow_the_distribution_asked_for():
 
 
 def test_more_balls_than_places_are_refused():
-    most = capacity(LINER, 0.1, 0.02, 4e-4)
+    most = capacity(Room(LINER, 0.1, 4e-4), 0.02)
     assert len(packed(EQUAL, most, 0.1).radii) == most
     with pytest.raises(CampaignError, match=f"{most + 1} balls do not fit"):
         packed(EQUAL, most + 1, 0.1)
@@ -94,7 +95,7 @@ def test_more_balls_than_places_are_refused():
 
 def test_a_plain_drum_is_filled_to_a_usual_level():
     drum = mill_core.Liner(1.0, 0.0, 0.0, 0.0, 0)
-    packing = pack(drum, 0.2, EQUAL, 1500, np.random.default_rng(1))
+    packing = pack(Room(drum, 0.2), EQUAL, 1500, np.random.default_rng(1))
     assert largest_overlap(packing) == 0.0
     assert np.hypot(packing.centres[:, 0], packing.centres[:, 2]).max() <= 0.98
 

@@ -97,6 +97,12 @@ WRONG = {
         "is not above ball.radius_m",
         "S < 195",
     ),
+    "balls too small for the mill": (
+        {"ball__radius_m": 1e-3},
+        "ball.radius_m",
+        "got 0.001 in a mill of 3.9 m",
+        ">= 0.00195 and < 3.9",
+    ),
     "rpm taken for rad/s": (
         {"mill__speed_rad_s": 9.55},
         "mill.speed_rad_s",

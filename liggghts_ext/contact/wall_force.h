@@ -1,0 +1,122 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "contact/hertz_mindlin.h"
+
+namespace millscale::contact {
+
+using Vector = std::array<double, 3>;
+
+inline double dot(const Vector& a, const Vector& b)
+{
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Vector cross(const Vector& a, const Vector& b)
+{
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// Friction of a contact: Coulomb's coefficient and rolling friction [-].
+struct Friction {
+  double sliding, rolling;
+};
+
+/// A ball pressed on a wall.
+struct WallTouch {
+  double ball_radius;  ///< [m]
+  double overlap;      ///< > 0 [m]
+  Vector normal;       ///< unit vector from the wall to the ball's centre
+  Vector velocity;     ///< of the ball's centre relative to the wall at the contact [m/s]
+  Vector spin;         ///< of the ball [rad/s]
+};
+
+struct ForceAndTorque {
+  Vector force{};   ///< on the ball [N]
+  Vector torque{};  ///< on the ball about its centre [N m]
+};
+
+namespace detail {
+
+/// Velocity of the ball's surface along the wall [m/s]; the lever is from the centre to half the
+/// overlap.
+inline Vector sliding_velocity(const WallTouch& touch, double lever)
+{
+  const double normal_speed = dot(touch.velocity, touch.normal);
+  const Vector rolling = cross(touch.spin, touch.normal);
+  Vector v;
+  for (int d = 0; d < 3; ++d)
+    v[d] = touch.velocity[d] - normal_speed * touch.normal[d] - lever * rolling[d];
+  return v;
+}
+
+/// Mindlin spring with memory, capped by Coulomb's limit; damped only while it sticks. Advances
+/// `displacement` by `dt`; with dt = 0 the memory is used as it is.
+inline Vector tangential_force(const Coefficients& k, double limit, const Vector& sliding,
+                               const Vector& normal, double dt, Vector& displacement)
+{
+  if (dt > 0.0) {
+    for (int d = 0; d < 3; ++d) displacement[d] += sliding[d] * dt;
+    const double along = dot(displacement, normal);
+    for (int d = 0; d < 3; ++d) displacement[d] -= along * normal[d];
+  }
+  const double elastic = k.tangential_stiffness * std::sqrt(dot(displacement, displacement));
+  Vector force;
+  if (elastic > limit) {
+    const double share = limit / elastic;
+    for (int d = 0; d < 3; ++d) {
+      force[d] = -k.tangential_stiffness * displacement[d] * share;
+      if (dt > 0.0) displacement[d] *= share;
+    }
+  } else {
+    for (int d = 0; d < 3; ++d)
+      force[d] = -k.tangential_stiffness * displacement[d] - k.tangential_damping * sliding[d];
+  }
+  return force;
+}
+
+/// Rolling friction as a torque of constant size against the spin, without its part about the
+/// normal (twisting).
+inline Vector rolling_torque(double size, const WallTouch& touch)
+{
+  const double speed = std::sqrt(dot(touch.spin, touch.spin));
+  Vector torque{};
+  if (!(speed > 0.0)) return torque;
+  for (int d = 0; d < 3; ++d) torque[d] = -size * touch.spin[d] / speed;
+  const double twist = dot(torque, touch.normal);
+  for (int d = 0; d < 3; ++d) torque[d] -= twist * touch.normal[d];
+  return torque;
+}
+
+}  // namespace detail
+
+/// Force and torque of a wall on a ball: Hertz-Mindlin with damping, tangential memory and constant
+/// rolling friction, as LIGGGHTS evaluates `hertz`, `history` and `cdt` at a wall. Powder Technology
+/// 335 (2018) 91-102, Eqs. 16-22. Damping may make the normal force attractive at the end of an
+/// impact, as there. `displacement` [m] is the contact's memory; dt [s] is 0 at set-up.
+inline ForceAndTorque wall_force(const Pair& pair, const Friction& friction, const WallTouch& touch,
+                                 double dt, Vector& displacement)
+{
+  const Coefficients k = coefficients(pair, touch.overlap);
+  const double normal_speed = dot(touch.velocity, touch.normal);
+  const double elastic = k.normal_stiffness * touch.overlap;
+  const double normal_force = elastic - k.normal_damping * normal_speed;
+  const double lever = touch.ball_radius - 0.5 * touch.overlap;
+  const Vector sliding = detail::sliding_velocity(touch, lever);
+  const Vector tangential =
+      detail::tangential_force(k, friction.sliding * std::abs(normal_force), sliding, touch.normal,
+                               dt, displacement);
+  ForceAndTorque result;
+  for (int d = 0; d < 3; ++d) result.force[d] = normal_force * touch.normal[d] + tangential[d];
+  const Vector moment = cross(touch.normal, tangential);
+  for (int d = 0; d < 3; ++d) result.torque[d] = -lever * moment[d];
+  if (friction.rolling > 0.0) {
+    const Vector rolling =
+        detail::rolling_torque(friction.rolling * elastic * pair.radius, touch);
+    for (int d = 0; d < 3; ++d) result.torque[d] += rolling[d];
+  }
+  return result;
+}
+
+}  // namespace millscale::contact
