@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mill_analysis import paper
+from mill_analysis.comparison import policy_models, row_key
 from mill_analysis.cross_section import liner_outline
 from mill_analysis.run_folder import SERIES, FinishedCase
 from mill_analysis.series import Series, read_series
@@ -111,9 +112,9 @@ def energy_curves(tracks: Sequence[Track], over_prediction: bool = False) -> Fig
             upper.plot(angle, kinetic, color=colour, label=track.label)
             lower.plot(angle, series["potential_J"][first] / factor, color=colour)
         _mark_regions((upper, lower), tracks[0])
-        unit = "/ predicted ratio [J]" if over_prediction else "[J]"
-        upper.set_ylabel(f"kinetic energy {unit}")
-        lower.set(xlabel="mill rotation angle [rad]", ylabel=f"potential energy {unit}")
+        unit = "/ predicted ratio [J]" if over_prediction else "energy [J]"
+        upper.set_ylabel(f"kinetic {unit}")
+        lower.set(xlabel="mill rotation angle [rad]", ylabel=f"potential {unit}")
         figure.legend(loc="outside upper center", ncols=3)
     return figure
 
@@ -124,16 +125,17 @@ def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]]) -> Figure:
     Args:
         rows: of `comparison.single_ball_rows`, of one scheme.
     """
+    models = policy_models(list(rows), row_key)
     with rc_context(STYLE):
         figure = Figure(figsize=(4.8, 5.4), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         upper.plot([0, 1], [0, 1], color="#999", lw=1, zorder=1)
         lower.axhline(0.0, color="#999", lw=1, zorder=1)
         for policy, (mark, colour) in POLICY_MARKS.items():
-            points = [r for r in rows if r["policy"] == policy and r["energy_ratio"] is not None]
+            compared = [r for r in models.get((scheme, policy), []) if r["energy_ratio"]]
             _ratio_points(
                 (upper, lower),
-                [(r["predicted_ratio"], r["energy_ratio"]) for r in points],
+                [(r["predicted_ratio"], r["energy_ratio"]) for r in compared],
                 {"marker": mark, "color": colour, "label": f"policy {policy}", "zorder": 3},
             )
         reported = paper.reported_energies(scheme)

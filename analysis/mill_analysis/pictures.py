@@ -78,7 +78,12 @@ def _add_balls(plotter: pv.Plotter, centres: np.ndarray, radii: np.ndarray, colo
     cloud = pv.PolyData(centres)
     cloud["radius"] = radii
     actor = plotter.add_mesh(
-        cloud, color=colour, style="points_gaussian", emissive=False, render_points_as_spheres=True
+        cloud,
+        color=colour,
+        style="points_gaussian",
+        emissive=False,
+        render_points_as_spheres=True,
+        ambient=0.4,
     )
     actor.mapper.scale_array = "radius"
     actor.mapper.scale_factor = 1.0

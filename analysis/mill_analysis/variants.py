@@ -23,7 +23,7 @@ COLUMNS = (
     ("phase_deg", "phase [deg]", "{:.2f}"),
     ("liner_off_angle_deg", "liner left [deg]", "{:.2f}"),
     ("detach_angle_deg", "free flight [deg]", "{:.2f}"),
-    ("energy_change_J", "change after the throw [J]", "{:.3f}"),
+    ("from_throw_energy_change_J", "change from the throw [J]", "{:.3f}"),
     ("paper_angles_energy_change_J", "change at the paper's angles [J]", "{:.3f}"),
 )
 

@@ -54,9 +54,9 @@ void bind_types(nb::module_& m)
   nb::class_<BaseFactors>(m, "BaseFactors",
                           "Factors physical -> scaled of length, mass (of one ball) and time [-].")
       .def(nb::init<double, double, double>(), "length"_a, "mass"_a, "time"_a)
-      .def_ro("length", &BaseFactors::length)
-      .def_ro("mass", &BaseFactors::mass)
-      .def_ro("time", &BaseFactors::time)
+      .def_ro("length", &BaseFactors::length, "Of the mill's dimensions [-].")
+      .def_ro("mass", &BaseFactors::mass, "Of one ball's mass [-]: 1, balls are not scaled.")
+      .def_ro("time", &BaseFactors::time, "Of the time a process takes [-].")
       .def("__repr__", [](const BaseFactors& b) { return describe(b); });
 
   nb::class_<ScaledMill>(m, "ScaledMill", "A scaled mill and the law that led to it.")

@@ -55,7 +55,6 @@ FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg
   create_attribute = 1;
   try {
     parse(narg, arg);
-    make_liner();
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
@@ -99,8 +98,7 @@ void FixWallMill::make_liner()
 {
   mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
   if (!mill_fix_)
-    throw std::invalid_argument("mill: '" + mill_id_ +
-                                "' is not the id of a fix mill/similarity; define that fix first");
+    throw std::invalid_argument("mill: '" + mill_id_ + "' is not the id of a fix mill/similarity");
   widths_.radius = mill_fix_->scaled().mill.radius;
   liner_ = std::make_unique<liner::Liner>(widths_);
 }
@@ -112,9 +110,25 @@ int FixWallMill::setmask()
 
 void FixWallMill::init()
 {
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_) error->fix_error(FLERR, this, "its fix mill/similarity was removed");
-  read_materials();
+  try {
+    make_liner();
+    check_balls_fit();
+    read_materials();
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+void FixWallMill::check_balls_fit()
+{
+  double largest = 0.0;
+  for (int i = 0; i < atom->nlocal; ++i) largest = std::max(largest, atom->radius[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  const double widest = 0.5 * (liner_->lifters() > 0 ? liner_->groove_width() : liner_->radius());
+  if (largest >= widest)
+    throw std::invalid_argument("balls of radius " + millscale::format(largest) +
+                                " m do not fit: the groove of the liner takes less than " +
+                                millscale::format(widest) + " m");
 }
 
 void FixWallMill::read_materials()

@@ -59,6 +59,7 @@ class FixWallMill : public Fix {
 
   void parse(int narg, char** arg);
   void make_liner();
+  void check_balls_fit();
   void read_materials();
   MillNow mill_now() const;
   void evaluate(double dt);

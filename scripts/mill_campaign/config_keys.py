@@ -175,7 +175,12 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         ),
     },
     "wall": {
-        "kind": Key("text", "how the liner is represented", "mesh", choices=("mesh",)),
+        "kind": Key(
+            "text",
+            "the liner as exact arcs and lines, or as triangles",
+            "analytic",
+            choices=("analytic", "mesh"),
+        ),
         "chord_error_m": Key(
             "number",
             "largest gap of arc and panel, physical mill [m]; default: 2.5 % of ball radius",

@@ -6,6 +6,8 @@ from __future__ import annotations
 # and of each triangle in it [s], fitted to 300, 350, 450 and 750 triangles.
 SINGLE_BALL_STEP = 24e-6
 TRIANGLE_STEP = 0.38e-6
+# With the analytic wall; measured on a shared core with `single_ball.in` at S = 1 [s].
+ANALYTIC_STEP = 4.6e-6
 # A settled, rotating charge of 13,370 to 231,461 balls in axis-long panels, skin 15 mm [s per
 # particle-step and core]: on one rank, and on ranks cut along the axis.
 PARTICLE_STEP_ALONE = 351e-9
@@ -21,11 +23,11 @@ def wall_time(kind: str, balls: int, triangles: int, steps: int, ranks: int) -> 
     Args:
         kind: "single-ball" (runs on one rank, whatever `ranks`) or "multi-ball".
         balls: in the case.
-        triangles: of the liner.
+        triangles: the engine turns; 0 with the analytic wall.
         steps: time steps in all.
         ranks: MPI ranks, one core each.
     """
     if kind == "single-ball":
-        return steps * (SINGLE_BALL_STEP + TRIANGLE_STEP * triangles)
+        return steps * (SINGLE_BALL_STEP + TRIANGLE_STEP * triangles if triangles else ANALYTIC_STEP)
     particle_step = PARTICLE_STEP_ALONE if ranks == 1 else PARTICLE_STEP_SHARED
     return WHOLE_RUN * particle_step * balls * steps / ranks

@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 _INCLUDE = re.compile(r"^\s*include\s+(\S+\.in)\b", re.M)
+_VARIABLE = re.compile(r"\$\{\w+\}")
 PARAMETERS_FILE = "parameters.in"
 
 
@@ -17,7 +18,10 @@ def template_folder() -> Path:
 
 
 def with_included(decks: tuple[str, ...], folder: Path) -> list[str]:
-    """The decks and every file they include, themselves or through others; no parameters.in."""
+    """The decks and every file they include, themselves or through others; no parameters.in.
+
+    A name with a variable, liner_${wall}.in, stands for every file it can become.
+    """
     found: list[str] = []
     waiting = list(decks)
     while waiting:
@@ -25,7 +29,11 @@ def with_included(decks: tuple[str, ...], folder: Path) -> list[str]:
         if name in found or name == PARAMETERS_FILE:
             continue
         found.append(name)
-        waiting += _INCLUDE.findall((folder / name).read_text())
+        for included in _INCLUDE.findall((folder / name).read_text()):
+            pattern = _VARIABLE.sub("*", included)
+            waiting += (
+                [included] if pattern == included else sorted(p.name for p in folder.glob(pattern))
+            )
     return found
 
 

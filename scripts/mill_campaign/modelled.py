@@ -43,6 +43,7 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
             "lifters as rigid rotating surfaces",
             "they throw the balls; moved exactly about the axis",
         ),
+        _wall(campaign),
         _say("periodic ends", "a piece of a long mill, as in the paper"),
         _say(
             "wall with the elastic constants of the balls",
@@ -61,6 +62,12 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
             )
         )
     return said
+
+
+def _wall(campaign: Campaign) -> Statement:
+    if campaign.wall.kind == "mesh":
+        return _say("liner as a triangle mesh", "asked for; arcs within the chord error")
+    return _say("liner as exact arcs and lines", "no mesh to turn and search at every step")
 
 
 def _left_out(campaign: Campaign, model: Model) -> list[Statement]:

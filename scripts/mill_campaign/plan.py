@@ -8,7 +8,7 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
-from mill_campaign.case import Case, cases_of
+from mill_campaign.case import Case, cases_of, turned_triangles
 from mill_campaign.config import Campaign
 from mill_campaign.cost import wall_time
 from mill_campaign.display import duration
@@ -53,7 +53,7 @@ def _row(case: Case, ranks: int) -> Row:
         "particle_steps": ball["count"] * steps,
         "ranks": ranks,
         "predicted_wall_time_s": wall_time(
-            case.kind, ball["count"], case["wall"]["triangles"], steps, ranks
+            case.kind, ball["count"], turned_triangles(case["wall"]), steps, ranks
         ),
         "warnings": case["warnings"],
         "model": case["model"],

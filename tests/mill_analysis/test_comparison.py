@@ -11,7 +11,8 @@ from synthetic_case import MODELS, POLICIES, SCHEMES
 
 from mill_analysis.campaign import load_campaign
 from mill_analysis.comparison import (
-    common_windows,
+    case_key,
+    policy_models,
     regression_line,
     regressions,
     single_ball_rows,
@@ -52,20 +53,6 @@ def test_rows_come_by_scheme_policy_and_s(single):
     assert [(r["scheme"], r["policy"], r["S"]) for r in rows] == expected
 
 
-def test_shortest_flight_of_a_scheme_limits_all_its_cases(single):
-    short = next(c for c in single if c.case["scheme"] == "constant-speed" and c.case["S"] == 1.3)
-    short.result["throws"][0]["flight_length_rad"] = 0.6
-    windows = common_windows(single)
-    assert windows["constant-speed"].length == 0.6
-    assert windows["constant-speed"].limited_by == short.id
-    assert_allclose(windows["constant-gravity"].length, 0.977)
-    assert windows["constant-gravity"].limited_by is None
-    assert {r["energy_window_rad"] for r in single_ball_rows(single)} == {
-        0.6,
-        windows["constant-gravity"].length,
-    }
-
-
 def test_reference_may_be_another_policy_which_is_the_same_mill_at_s_1(single):
     kept = [c for c in single if c.case["S"] > 1.0 or c.case["policy"] == "paper"]
     full, rows = single_ball_rows(single), single_ball_rows(kept)
@@ -73,6 +60,39 @@ def test_reference_may_be_another_policy_which_is_the_same_mill_at_s_1(single):
         same = row_of(full, row["scheme"], row["policy"], row["S"])
         assert_allclose(row["energy_ratio"], same["energy_ratio"], rtol=1e-9)
         assert row["reference"].endswith("-paper-S1.000")
+
+
+def test_policy_without_s_1_borrows_it_for_its_regression_and_figures(single):
+    kept = [c for c in single if c.case["S"] > 1.0 or c.case["policy"] == "paper"]
+    for fit, full in zip(
+        regressions(single_ball_rows(kept)), regressions(single_ball_rows(single)), strict=True
+    ):
+        assert fit["models"] == len(MODELS)
+        assert_allclose(fit["slope"], full["slope"], rtol=1e-9)
+        assert fit["worst_case"] == full["worst_case"]
+    models = policy_models(kept, case_key)
+    assert list(models) == list(product(SCHEMES, POLICIES))
+    for group in models.values():
+        assert tuple(case.case["S"] for case in group) == MODELS
+        assert len({case.case["scheme"] for case in group}) == 1
+
+
+def test_energies_are_taken_between_the_same_mill_angles_in_a_scheme(single):
+    """A model thrown later: the others are taken from then on, each on its own parabola."""
+    late = next(c for c in single if c.id == "sb-cg-corrected-S2.600")
+    throw = late.result["throws"][0]
+    throw["mill_angle_rad"] += 0.2
+    rows = single_ball_rows(single)
+    gravity = [row for row in rows if row["scheme"] == "constant-gravity"]
+    assert {row["energy_begin_rad"] for row in gravity} == {throw["mill_angle_rad"]}
+    row, late_row = (row_of(gravity, "constant-gravity", p, 2.6) for p in POLICIES[:2])
+    # Of a flight begun 0.2 rad earlier the stretch is a later one: it falls faster by then.
+    case = next(c for c in single if c.id == row["id"]).case
+    g, omega, mass = case["mill"]["gravity_m_s2"], case["mill"]["omega_rad_s"], 0.0897
+    later = row["energy_change_J"] - row["from_throw_energy_change_J"]
+    expected = mass * g**2 * (0.2 / omega) * (row["from_throw_window_rad"] / omega)
+    assert_allclose(later, expected, rtol=2e-3)
+    assert_allclose(late_row["energy_change_J"], late_row["from_throw_energy_change_J"], rtol=1e-9)
 
 
 def test_without_s_1_there_is_no_ratio(single):
@@ -87,7 +107,7 @@ def test_case_without_a_throw_stays_in_the_table(single):
     single[1] = replace(idle, result=idle.result | empty)
     row = next(r for r in single_ball_rows(single) if r["id"] == idle.id)
     assert row["problem"] == "no throw"
-    assert row["energy_change_J"] is row["energy_ratio"] is None
+    assert row["energy_change_J"] is row["energy_ratio"] is row["from_throw_ratio"] is None
 
 
 def test_regression_recovers_a_known_line_and_correlation():

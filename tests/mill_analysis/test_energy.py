@@ -24,13 +24,25 @@ def test_exact_change_is_that_of_the_known_parabola(case, series):
     release = [s.release for s in motion.segments if s.release][3]
     v0, v1 = release.velocity_at([0.0, WINDOW / motion.omega])
     naive = 0.5 * motion.mass * (v1 @ v1 - v0 @ v0)
-    assert_allclose(energy.change_on_parabola(throw, ball, WINDOW), naive, rtol=1e-8)
+    span = throw.mill_angle + np.array([0.0, WINDOW])
+    assert_allclose(energy.change_on_parabola(throw, ball, *span), naive, rtol=1e-8)
+
+
+def test_changes_over_two_spans_of_a_flight_add_up(case, series):
+    throw, ball = throws(series)[0].flight, ball_of(case)
+    a, b, c = throw.mill_angle + np.array([0.1, 0.5, 1.2])
+    parts = (
+        energy.change_on_parabola(throw, ball, a, b),
+        energy.change_on_parabola(throw, ball, b, c),
+    )
+    assert_allclose(sum(parts), energy.change_on_parabola(throw, ball, a, c), rtol=1e-12)
 
 
 def test_samples_agree_with_the_parabola_to_interpolation(case, series):
     throw = throws(series)[0].flight
     ball = ball_of(case)
-    exact = energy.change_on_parabola(throw, ball, WINDOW)
+    begin = throw.mill_angle
+    exact = energy.change_on_parabola(throw, ball, begin, begin + WINDOW)
     sampled = energy.change_from_release(series, throw, ball, WINDOW)
     # Linear interpolation of a parabola over a sample h: at most m g^2 h^2 / 8.
     h = case["time"]["sample_angle_rad"] / ball.omega
@@ -72,11 +84,12 @@ def test_angles_beyond_the_series_are_refused(series):
 def test_gain_over_a_window_beyond_the_top_is_a_loss_of_height(case, series):
     """Up to twice the time to the top, kinetic energy first falls, then comes back."""
     throw, ball = throws(series)[0].flight, ball_of(case)
-    to_top = throw.velocity[2] / ball.gravity * ball.omega
-    assert_allclose(energy.change_on_parabola(throw, ball, 2.0 * to_top), 0.0, atol=1e-12)
+    begin = throw.mill_angle
+    top = begin + throw.velocity[2] / ball.gravity * ball.omega
+    back = energy.change_on_parabola(throw, ball, begin, 2.0 * top - begin)
+    assert_allclose(back, 0.0, atol=1e-12)
     assert_allclose(
-        energy.change_on_parabola(throw, ball, to_top),
+        energy.change_on_parabola(throw, ball, begin, top),
         -0.5 * ball.mass * throw.velocity[2] ** 2,
         rtol=1e-12,
     )
-    assert np.isfinite(to_top)

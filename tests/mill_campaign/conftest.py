@@ -3,6 +3,7 @@
 import io
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
@@ -46,13 +47,14 @@ class Millscale:
         return subprocess.CompletedProcess(line, code, output.getvalue(), errors.getvalue())
 
     def start(self, command: str, *arguments: str, **more: str) -> subprocess.Popen:
-        """Start a command as a process of its own and return."""
+        """Start a command as a shell's background job, which ignores Ctrl-C, and return."""
         return subprocess.Popen(
             [sys.executable, "-m", "mill_campaign.cli", *self.line(command), *arguments],
             env=self.environment(**more),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN),
         )
 
     def line(self, command: str) -> list[str]:
