@@ -92,9 +92,9 @@ inline Vector rolling_torque(double size, const WallTouch& touch)
 }  // namespace detail
 
 /// Force and torque of a wall on a ball: Hertz-Mindlin with damping, tangential memory and constant
-/// rolling friction, as LIGGGHTS evaluates `hertz`, `history` and `cdt` at a wall. Powder Technology
-/// 335 (2018) 91-102, Eqs. 16-22. Damping may make the normal force attractive at the end of an
-/// impact, as there. `displacement` [m] is the contact's memory; dt [s] is 0 at set-up.
+/// rolling friction, as LIGGGHTS evaluates `hertz`, `history` and `cdt` at a wall. Powder
+/// Technology 335 (2018) 91-102, Eqs. 16-22. Damping may make the normal force attractive at the
+/// end of an impact, as there. `displacement` [m] is the contact's memory; dt [s] is 0 at set-up.
 inline ForceAndTorque wall_force(const Pair& pair, const Friction& friction, const WallTouch& touch,
                                  double dt, Vector& displacement)
 {
@@ -104,16 +104,14 @@ inline ForceAndTorque wall_force(const Pair& pair, const Friction& friction, con
   const double normal_force = elastic - k.normal_damping * normal_speed;
   const double lever = touch.ball_radius - 0.5 * touch.overlap;
   const Vector sliding = detail::sliding_velocity(touch, lever);
-  const Vector tangential =
-      detail::tangential_force(k, friction.sliding * std::abs(normal_force), sliding, touch.normal,
-                               dt, displacement);
+  const Vector tangential = detail::tangential_force(k, friction.sliding * std::abs(normal_force),
+                                                     sliding, touch.normal, dt, displacement);
   ForceAndTorque result;
   for (int d = 0; d < 3; ++d) result.force[d] = normal_force * touch.normal[d] + tangential[d];
   const Vector moment = cross(touch.normal, tangential);
   for (int d = 0; d < 3; ++d) result.torque[d] = -lever * moment[d];
   if (friction.rolling > 0.0) {
-    const Vector rolling =
-        detail::rolling_torque(friction.rolling * elastic * pair.radius, touch);
+    const Vector rolling = detail::rolling_torque(friction.rolling * elastic * pair.radius, touch);
     for (int d = 0; d < 3; ++d) result.torque[d] += rolling[d];
   }
   return result;

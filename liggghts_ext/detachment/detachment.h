@@ -38,8 +38,8 @@ struct MillFrame {
 
 /// A point of the cross-section in polar form.
 struct PolarPosition {
-  double radius;    ///< distance from the axis [m]
-  double psi;       ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
+  double radius;  ///< distance from the axis [m]
+  double psi;     ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
 };
 
 inline PolarPosition polar(const MillFrame& mill, const Vector& position)
@@ -89,16 +89,16 @@ struct Event {
 /// Memory of one ball. All members are double so that the engine can carry the record through rank
 /// changes and restarts as an array.
 struct Record {
-  double state = 2.0;            ///< State; in bed until observed
-  double had_liner = 0.0;        ///< liner contact at the last observation
-  double had_force = 0.0;        ///< contact force at the last observation
-  double liner_pending = 0.0;    ///< contact lost, ball still near
+  double state = 2.0;          ///< State; in bed until observed
+  double had_liner = 0.0;      ///< liner contact at the last observation
+  double had_force = 0.0;      ///< contact force at the last observation
+  double liner_pending = 0.0;  ///< contact lost, ball still near
   double flight_pending = 0.0;
-  double in_flight = 0.0;        ///< a confirmed flight goes on
-  double touched_liner = 0.0;    ///< on the liner since its last flight began
-  double outermost = 0.0;        ///< the last flight began from the outermost layer
+  double in_flight = 0.0;      ///< a confirmed flight goes on
+  double touched_liner = 0.0;  ///< on the liner since its last flight began
+  double outermost = 0.0;      ///< the last flight began from the outermost layer
   Event liner_candidate, flight_candidate;
-  Event liner_off, flight;       ///< confirmed
+  Event liner_off, flight;  ///< confirmed
 };
 inline constexpr int record_size = sizeof(Record) / sizeof(double);
 static_assert(sizeof(Record) == record_size * sizeof(double), "Record holds doubles only");
@@ -150,7 +150,8 @@ inline double drift_from_mill(const MillFrame& mill, const Event& since, const O
   for (int d = 0; d < 3; ++d) carried[d] = since.position[d] - mill.origin[d];
   carried = rotated(carried, mill.axis, now.mill_angle - since.mill_angle);
   for (int d = 0; d < 3; ++d) apart[d] = now.position[d] - mill.origin[d] - carried[d];
-  const double along = dot(apart, mill.axis);  // the axial box is periodic: compare the cross-section
+  const double along =
+      dot(apart, mill.axis);  // the axial box is periodic: compare the cross-section
   return std::sqrt(std::max(0.0, dot(apart, apart) - along * along));
 }
 

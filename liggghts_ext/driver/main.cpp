@@ -20,7 +20,8 @@ bool asks_for_help(int argc, char** argv)
   return false;
 }
 
-/// As the stock executable: an interrupt ends the run after the current step, USR1 writes a restart.
+/// As the stock executable: an interrupt ends the run after the current step, USR1 writes a
+/// restart.
 void handle_signals()
 {
   struct sigaction quit = {};

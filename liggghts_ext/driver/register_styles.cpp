@@ -1,7 +1,8 @@
 // The only file that touches LIGGGHTS' private style maps.
 //
-// The engine has no plugin command, and Modify keeps its maps from style names to factories private.
-// Naming a private member in an explicit template instantiation is exempt from access checks
+// The engine has no plugin command, and Modify keeps its maps from style names to factories
+// private. Naming a private member in an explicit template instantiation is exempt from access
+// checks
 // ([temp.spec] in the C++ standard), so the maps can be reached without patching the library.
 #include "register_styles.h"
 
@@ -73,7 +74,8 @@ void list_styles(std::ostream& out)
          "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
          "  fix wall/mill            the turning lifter-liner as an analytic wall with exact arcs\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
-         "  compute mill/detach      state of each ball, and where and when it left liner and charge\n"
+         "  compute mill/detach      state of each ball, and where and when it left liner and "
+         "charge\n"
          "  fix mill/detach/track    per-ball records behind compute mill/detach (made by it)\n"
          "Their arguments are described in docs/styles.md.\n";
 }

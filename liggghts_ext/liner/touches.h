@@ -75,7 +75,9 @@ inline Touches touches(const Liner& liner, Point p, double ball_radius)
   const double from_groove = std::remainder(turns, 1.0) * liner.pitch();
   if (distance > liner.radius() - ball_radius &&
       (liner.lifters() == 0 || std::abs(from_groove) <= liner.groove_half_angle()))
-    found.add({distance - (liner.radius() - ball_radius), Face::groove, groove,
+    found.add({distance - (liner.radius() - ball_radius),
+               Face::groove,
+               groove,
                {-p.x / distance, -p.z / distance}});
   if (liner.lifters() == 0) return found;
 

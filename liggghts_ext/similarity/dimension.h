@@ -22,7 +22,8 @@ inline constexpr Dimension power{2, 1, -3};
 }  // namespace dimension
 
 /// Factors physical -> scaled of the base quantities; the factor of every other quantity follows
-/// from its dimension. `mass` is the factor of one ball's mass: the balls are not scaled, so it is 1.
+/// from its dimension. `mass` is the factor of one ball's mass: the balls are not scaled, so it
+/// is 1.
 struct BaseFactors {
   double length, mass, time;
 };

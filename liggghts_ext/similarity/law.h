@@ -15,8 +15,8 @@ enum class Scheme { constant_gravity, constant_speed, froude };
 
 /// What is done about the ball radius, which is not scaled while the mill is.
 ///   paper         the law for point masses, as printed
-///   corrected     the law for the path of the ball's centre, R - a, in the geometrically scaled mill
-///   offset_liner  the liner is built so that the centre path, R - a, scales by S exactly
+///   corrected     the law for the path of the ball's centre, R - a, in the geometrically scaled
+///   mill offset_liner  the liner is built so that the centre path, R - a, scales by S exactly
 enum class Policy { paper, corrected, offset_liner };
 
 inline Scheme scheme_from_name(const std::string& name)
@@ -39,30 +39,33 @@ inline Policy policy_from_name(const std::string& name)
 
 /// What to derive a scaled mill from, beside the physical one.
 struct ScalingRequest {
-  double S = 1.0;                        ///< radius ratio physical / scaled, S >= 1 [-]
+  double S = 1.0;  ///< radius ratio physical / scaled, S >= 1 [-]
   Scheme scheme = Scheme::constant_gravity;
   Policy policy = Policy::paper;
-  double time_factor = 0.0;              ///< scaled / physical time, scheme `froude` only [-]
-  bool allow_centrifuging = false;       ///< accept Fr >= 1
+  double time_factor = 0.0;         ///< scaled / physical time, scheme `froude` only [-]
+  bool allow_centrifuging = false;  ///< accept Fr >= 1
 };
 
 /// A scaled mill and the law that led to it.
 struct ScaledMill {
-  OperatingPoint mill;         ///< the scaled mill, its ball radius that of the physical one
-  BaseFactors base;            ///< factors of the path the law is applied to (see Policy)
-  double froude;               ///< omega^2 R / g of the scaled mill
-  double predicted_energy_ratio;  ///< Eq. 15: change of energy of one ball, scaled / physical, from S alone
+  OperatingPoint mill;            ///< the scaled mill, its ball radius that of the physical one
+  BaseFactors base;               ///< factors of the path the law is applied to (see Policy)
+  double froude;                  ///< omega^2 R / g of the scaled mill
+  double predicted_energy_ratio;  ///< Eq. 15: change of energy of one ball, scaled / physical, from
+                                  ///< S alone
   double centre_path_energy_ratio;  ///< the same from the factors of the centre path, R - a
 };
 
-/// Base factors (length, mass, time) at a length factor. Source: Powder Technology 335 (2018) 91-102,
-/// Eqs. 10 and 11, generalised: equal Froude number with a free time factor gives
-/// omega' = omega / tau and g' = g length / tau^2.
+/// Base factors (length, mass, time) at a length factor. Source: Powder Technology 335 (2018)
+/// 91-102, Eqs. 10 and 11, generalised: equal Froude number with a free time factor gives omega' =
+/// omega / tau and g' = g length / tau^2.
 inline BaseFactors base_factors(double length, Scheme scheme, double time_factor)
 {
   switch (scheme) {
-    case Scheme::constant_gravity: return {length, 1.0, std::sqrt(length)};
-    case Scheme::constant_speed: return {length, 1.0, 1.0};
+    case Scheme::constant_gravity:
+      return {length, 1.0, std::sqrt(length)};
+    case Scheme::constant_speed:
+      return {length, 1.0, 1.0};
     case Scheme::froude:
       if (!(time_factor > 0.0 && std::isfinite(time_factor)))
         throw std::invalid_argument("time factor: scheme froude needs one > 0, got " +
@@ -95,10 +98,10 @@ inline void check(const OperatingPoint& physical, const ScalingRequest& request)
                                 format(request.time_factor));
   const double radius = physical.radius / request.S;
   if (!(radius > physical.ball_radius))
-    throw std::invalid_argument(
-        "S: the scaled mill radius " + format(radius) + " m must exceed the ball radius " +
-        format(physical.ball_radius) + " m, so S < " + format(physical.radius / physical.ball_radius) +
-        ", got S = " + format(request.S));
+    throw std::invalid_argument("S: the scaled mill radius " + format(radius) +
+                                " m must exceed the ball radius " + format(physical.ball_radius) +
+                                " m, so S < " + format(physical.radius / physical.ball_radius) +
+                                ", got S = " + format(request.S));
   const double fr = froude_number(physical);
   if (fr >= 1.0 && !request.allow_centrifuging)
     throw std::invalid_argument(

@@ -14,7 +14,8 @@ struct OperatingPoint {
   double radius, ball_radius, gravity, omega;
 };
 
-/// Froude number omega^2 R / g of a point mass on the liner [-]. Powder Technology 335 (2018) 91-102, Eq. 4.
+/// Froude number omega^2 R / g of a point mass on the liner [-]. Powder Technology 335 (2018)
+/// 91-102, Eq. 4.
 inline double froude_number(double radius, double gravity, double omega)
 {
   return omega * omega * radius / gravity;
@@ -36,8 +37,8 @@ inline double detach_angle(double froude)
   return std::acos(froude);
 }
 
-/// Speed at which a ball on the liner just centrifuges, sqrt(g / (R - a)) [rad/s]. The ball's centre
-/// runs on R - a. Standard definition of the critical speed of a mill.
+/// Speed at which a ball on the liner just centrifuges, sqrt(g / (R - a)) [rad/s]. The ball's
+/// centre runs on R - a. Standard definition of the critical speed of a mill.
 inline double critical_speed(const OperatingPoint& mill)
 {
   return std::sqrt(mill.gravity / (mill.radius - mill.ball_radius));
@@ -60,9 +61,12 @@ inline Regime regime(double froude)
 inline const char* name(Regime r)
 {
   switch (r) {
-    case Regime::slipping_or_cascading: return "slipping or cascading";
-    case Regime::cataracting: return "cataracting";
-    case Regime::centrifuging: return "centrifuging";
+    case Regime::slipping_or_cascading:
+      return "slipping or cascading";
+    case Regime::cataracting:
+      return "cataracting";
+    case Regime::centrifuging:
+      return "centrifuging";
   }
   return "";
 }

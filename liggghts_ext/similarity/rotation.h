@@ -15,7 +15,7 @@ struct Rotation {
   double angle_before = 0.0;  ///< angle up to `start` [rad]
   double time_base = 0.0;     ///< time at step_base [s]
   std::int64_t step_base = 0;
-  double dt = 0.0;            ///< step size since step_base [s]
+  double dt = 0.0;  ///< step size since step_base [s]
 
   double time(std::int64_t step) const
   {

@@ -70,7 +70,8 @@ FixMillDetachTrack* ComputeMillDetach::tracker()
 {
   auto* fix = dynamic_cast<FixMillDetachTrack*>(modify->find_fix_id(track_arguments_[0].c_str()));
   if (!fix) {
-    const std::string message = "its fix " + track_arguments_[0] + " was removed; define the compute again";
+    const std::string message =
+        "its fix " + track_arguments_[0] + " was removed; define the compute again";
     error->compute_error(FLERR, this, message.c_str());
   }
   return fix;

@@ -1,6 +1,6 @@
 #ifdef COMPUTE_CLASS
 
-ComputeStyle(mill/detach, ComputeMillDetach)
+ComputeStyle(mill / detach, ComputeMillDetach)
 
 #else
 

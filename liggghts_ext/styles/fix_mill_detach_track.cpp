@@ -95,17 +95,25 @@ void FixMillDetachTrack::parse(int narg, char** arg)
   millscale::ArgumentList list(narg, arg, 3);
   while (!list.done()) {
     const std::string key = list.word("a keyword");
-    if (key == "mill") mill_id_ = list.word(key);
-    else if (key == "lifters") mill_.lifters = list.count(key);
-    else if (key == "lifter_top_radius") lifter_top_radius_ = list.positive(key);
-    else if (key == "phase") mill_.phase = list.number(key);
-    else if (key == "gap") gap_ = list.positive(key);
-    else if (key == "force_tolerance") force_tolerance_ = list.positive(key);
+    if (key == "mill")
+      mill_id_ = list.word(key);
+    else if (key == "lifters")
+      mill_.lifters = list.count(key);
+    else if (key == "lifter_top_radius")
+      lifter_top_radius_ = list.positive(key);
+    else if (key == "phase")
+      mill_.phase = list.number(key);
+    else if (key == "gap")
+      gap_ = list.positive(key);
+    else if (key == "force_tolerance")
+      force_tolerance_ = list.positive(key);
     else
-      throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, lifters, "
+      throw std::invalid_argument("unknown keyword '" + key +
+                                  "'; accepted are mill, lifters, "
                                   "lifter_top_radius, phase, gap, force_tolerance");
   }
-  if (mill_id_.empty()) throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
+  if (mill_id_.empty())
+    throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
   if (mill_.lifters > 0 && lifter_top_radius_ == 0.0)
     throw std::invalid_argument("lifter_top_radius: needed [m] where lifters is > 0");
 }

@@ -1,6 +1,6 @@
 #ifdef FIX_CLASS
 
-FixStyle(mill/detach/track, FixMillDetachTrack)
+FixStyle(mill / detach / track, FixMillDetachTrack)
 
 #else
 
@@ -65,7 +65,7 @@ class FixMillDetachTrack : public Fix {
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;
-  double** records_ = nullptr;     ///< (n, record_size), each row a Record
+  double** records_ = nullptr;  ///< (n, record_size), each row a Record
 };
 
 }  // namespace LAMMPS_NS

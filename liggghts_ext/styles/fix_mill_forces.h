@@ -1,6 +1,6 @@
 #ifdef FIX_CLASS
 
-FixStyle(mill/forces, FixMillForces)
+FixStyle(mill / forces, FixMillForces)
 
 #else
 

@@ -28,8 +28,18 @@ using NodeVelocities = MultiVectorContainer<double, 3, 3>;
 constexpr double restart_layout = 1.0;
 
 enum Published {
-  mill_angle_rad = 1, speed_now_rad_s, gravity_m_s2, froude, radius_m, speed_rad_s, length_factor,
-  mass_factor, time_factor, energy_ratio, centre_path_energy_ratio, detach_angle_rad,
+  mill_angle_rad = 1,
+  speed_now_rad_s,
+  gravity_m_s2,
+  froude,
+  radius_m,
+  speed_rad_s,
+  length_factor,
+  mass_factor,
+  time_factor,
+  energy_ratio,
+  centre_path_energy_ratio,
+  detach_angle_rad,
   time_s
 };
 constexpr int published_size = time_s;
@@ -84,27 +94,43 @@ void FixMillSimilarity::parse(int narg, char** arg)
 void FixMillSimilarity::parse_option(Arguments& a)
 {
   const std::string key = a.list.word("a keyword");
-  if (key == "radius") a.physical.radius = a.list.number(key);
-  else if (key == "gravity") a.physical.gravity = a.list.number(key);
-  else if (key == "omega") a.physical.omega = a.list.number(key);
-  else if (key == "ball_radius") a.physical.ball_radius = a.list.number(key);
-  else if (key == "scale") a.request.S = a.list.number(key);
-  else if (key == "scheme") a.request.scheme = similarity::scheme_from_name(a.list.word(key));
-  else if (key == "time_factor") a.request.time_factor = a.list.number(key);
-  else if (key == "policy") a.request.policy = similarity::policy_from_name(a.list.word(key));
-  else if (key == "axis") axis_ = a.list.vector(key);
-  else if (key == "down") down_ = a.list.vector(key);
-  else if (key == "origin") origin_ = a.list.vector(key);
-  else if (key == "mesh") find_mesh(a.list.word(key));
-  else if (key == "centrifuging") a.request.allow_centrifuging = a.list.choice(key, "allow", "refuse");
+  if (key == "radius")
+    a.physical.radius = a.list.number(key);
+  else if (key == "gravity")
+    a.physical.gravity = a.list.number(key);
+  else if (key == "omega")
+    a.physical.omega = a.list.number(key);
+  else if (key == "ball_radius")
+    a.physical.ball_radius = a.list.number(key);
+  else if (key == "scale")
+    a.request.S = a.list.number(key);
+  else if (key == "scheme")
+    a.request.scheme = similarity::scheme_from_name(a.list.word(key));
+  else if (key == "time_factor")
+    a.request.time_factor = a.list.number(key);
+  else if (key == "policy")
+    a.request.policy = similarity::policy_from_name(a.list.word(key));
+  else if (key == "axis")
+    axis_ = a.list.vector(key);
+  else if (key == "down")
+    down_ = a.list.vector(key);
+  else if (key == "origin")
+    origin_ = a.list.vector(key);
+  else if (key == "mesh")
+    find_mesh(a.list.word(key));
+  else if (key == "centrifuging")
+    a.request.allow_centrifuging = a.list.choice(key, "allow", "refuse");
   else if (key == "start") {
     const std::string when = a.list.word(key);
     starts_at_creation_ = when == "now";
-    if (when == "never") rotation_.start = std::numeric_limits<double>::infinity();
-    else if (!starts_at_creation_) rotation_.start = millscale::number(when, "start (a time in s, now, or never)");
+    if (when == "never")
+      rotation_.start = std::numeric_limits<double>::infinity();
+    else if (!starts_at_creation_)
+      rotation_.start = millscale::number(when, "start (a time in s, now, or never)");
   } else
     throw std::invalid_argument(
-        "unknown keyword '" + key + "'; accepted are radius, gravity, omega, ball_radius, scale, scheme, "
+        "unknown keyword '" + key +
+        "'; accepted are radius, gravity, omega, ball_radius, scale, scheme, "
         "time_factor, policy, axis, down, origin, start, mesh, centrifuging");
 }
 
@@ -128,7 +154,8 @@ void FixMillSimilarity::find_mesh(const std::string& id)
     throw std::invalid_argument("mesh '" + id +
                                 "' is not the id of a fix mesh/surface defined before this fix");
   if (mesh->mesh()->isMoving() || mesh->surfaceVel())
-    throw std::invalid_argument("mesh '" + id + "' is moved already, by a fix move/mesh or a surface "
+    throw std::invalid_argument("mesh '" + id +
+                                "' is moved already, by a fix move/mesh or a surface "
                                 "velocity; remove that");
   meshes_.push_back(mesh);
 }
@@ -244,19 +271,32 @@ double FixMillSimilarity::compute_scalar()
 double FixMillSimilarity::compute_vector(int index)
 {
   switch (index + 1) {
-    case mill_angle_rad: return mill_angle();
-    case speed_now_rad_s: return speed_now();
-    case gravity_m_s2: return gravity();
-    case froude: return scaled_.froude;
-    case radius_m: return scaled_.mill.radius;
-    case speed_rad_s: return scaled_.mill.omega;
-    case length_factor: return scaled_.base.length;
-    case mass_factor: return scaled_.base.mass;
-    case time_factor: return scaled_.base.time;
-    case energy_ratio: return scaled_.predicted_energy_ratio;
-    case centre_path_energy_ratio: return scaled_.centre_path_energy_ratio;
-    case time_s: return mill_time();
-    case detach_angle_rad: return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
+    case mill_angle_rad:
+      return mill_angle();
+    case speed_now_rad_s:
+      return speed_now();
+    case gravity_m_s2:
+      return gravity();
+    case froude:
+      return scaled_.froude;
+    case radius_m:
+      return scaled_.mill.radius;
+    case speed_rad_s:
+      return scaled_.mill.omega;
+    case length_factor:
+      return scaled_.base.length;
+    case mass_factor:
+      return scaled_.base.mass;
+    case time_factor:
+      return scaled_.base.time;
+    case energy_ratio:
+      return scaled_.predicted_energy_ratio;
+    case centre_path_energy_ratio:
+      return scaled_.centre_path_energy_ratio;
+    case time_s:
+      return mill_time();
+    case detach_angle_rad:
+      return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
   }
   return 0.0;
 }
@@ -264,9 +304,10 @@ double FixMillSimilarity::compute_vector(int index)
 void FixMillSimilarity::write_restart(FILE* file)
 {
   if (comm->me != 0) return;
-  const double state[] = {restart_layout, rotation_.omega, rotation_.start, rotation_.angle_before,
-                          rotation_.time_base, static_cast<double>(rotation_.step_base), rotation_.dt,
-                          static_cast<double>(update->ntimestep)};
+  const double state[] = {restart_layout,      rotation_.omega,
+                          rotation_.start,     rotation_.angle_before,
+                          rotation_.time_base, static_cast<double>(rotation_.step_base),
+                          rotation_.dt,        static_cast<double>(update->ntimestep)};
   const int bytes = sizeof state;
   fwrite(&bytes, sizeof bytes, 1, file);
   fwrite(state, 1, sizeof state, file);
@@ -277,8 +318,9 @@ void FixMillSimilarity::restart(char* buffer)
   double state[8];
   std::memcpy(state, buffer, sizeof state);
   if (state[0] != restart_layout)
-    fail("the restart file holds layout " + format(state[0]) + " of this fix, this version reads layout " +
-         format(restart_layout) + "; run from the start, or use the version that wrote the file");
+    fail("the restart file holds layout " + format(state[0]) +
+         " of this fix, this version reads layout " + format(restart_layout) +
+         "; run from the start, or use the version that wrote the file");
   similarity::Rotation before;
   before.omega = state[1];
   before.start = state[2];
@@ -297,11 +339,13 @@ void FixMillSimilarity::continue_rotation(const similarity::Rotation& before)
   rotation_.renumber(last_step_, update->ntimestep);
   last_step_ = update->ntimestep;
   if (!rotation_.turning(last_step_)) {
-    if (!starts_at_creation_) rotation_.start = asked.start;
-    else if (std::isinf(rotation_.start)) rotation_.start = rotation_.time(last_step_);
+    if (!starts_at_creation_)
+      rotation_.start = asked.start;
+    else if (std::isinf(rotation_.start))
+      rotation_.start = rotation_.time(last_step_);
   } else if (!starts_at_creation_ && asked.start != rotation_.start) {
-    fail("start: the restart file's mill turns since " + format(rotation_.start) + " s, the deck says " +
-         format(asked.start) + " s; give the same start, or 'now' to go on");
+    fail("start: the restart file's mill turns since " + format(rotation_.start) +
+         " s, the deck says " + format(asked.start) + " s; give the same start, or 'now' to go on");
   }
   rotation_.set_speed(last_step_, asked.omega);
 }

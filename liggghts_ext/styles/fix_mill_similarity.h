@@ -1,6 +1,6 @@
 #ifdef FIX_CLASS
 
-FixStyle(mill/similarity, FixMillSimilarity)
+FixStyle(mill / similarity, FixMillSimilarity)
 
 #else
 

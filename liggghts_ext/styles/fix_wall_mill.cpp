@@ -76,22 +76,31 @@ void FixWallMill::parse(int narg, char** arg)
   millscale::ArgumentList list(narg, arg, 3);
   while (!list.done()) {
     const std::string key = list.word("a keyword");
-    if (key == "mill") mill_id_ = list.word(key);
-    else if (key == "type") wall_type_ = list.count(key);
-    else if (key == "lifters") widths_.lifters = list.count(key);
-    else if (key == "lifter_top_radius") widths_.lifter_top_radius = list.number(key);
-    else if (key == "lifter_top_width") widths_.lifter_top_width = list.number(key);
-    else if (key == "groove_width") widths_.groove_width = list.number(key);
-    else if (key == "phase") widths_.phase = list.number(key);
-    else if (key == "rolling_friction") rolling_ = list.choice(key, "cdt", "off");
+    if (key == "mill")
+      mill_id_ = list.word(key);
+    else if (key == "type")
+      wall_type_ = list.count(key);
+    else if (key == "lifters")
+      widths_.lifters = list.count(key);
+    else if (key == "lifter_top_radius")
+      widths_.lifter_top_radius = list.number(key);
+    else if (key == "lifter_top_width")
+      widths_.lifter_top_width = list.number(key);
+    else if (key == "groove_width")
+      widths_.groove_width = list.number(key);
+    else if (key == "phase")
+      widths_.phase = list.number(key);
+    else if (key == "rolling_friction")
+      rolling_ = list.choice(key, "cdt", "off");
     else
-      throw std::invalid_argument(
-          "unknown keyword '" + key + "'; accepted are mill, type, lifters, lifter_top_radius, "
-          "lifter_top_width, groove_width, phase, rolling_friction");
+      throw std::invalid_argument("unknown keyword '" + key +
+                                  "'; accepted are mill, type, lifters, lifter_top_radius, "
+                                  "lifter_top_width, groove_width, phase, rolling_friction");
   }
   if (wall_type_ < 1 || wall_type_ > atom->ntypes)
     throw std::invalid_argument("type: the wall's atom type must be 1 to " +
-                                std::to_string(atom->ntypes) + ", got " + std::to_string(wall_type_));
+                                std::to_string(atom->ntypes) + ", got " +
+                                std::to_string(wall_type_));
 }
 
 void FixWallMill::make_liner()
@@ -144,7 +153,8 @@ void FixWallMill::read_materials()
     return [fix, this](int type) { return fix->compute_array(type, wall_type_ - 1); };
   };
   FixPropertyGlobal *modulus = of_type("youngsModulus"), *poisson = of_type("poissonsRatio");
-  const auto restitution = of_pair("coefficientRestitution"), sliding = of_pair("coefficientFriction");
+  const auto restitution = of_pair("coefficientRestitution"),
+             sliding = of_pair("coefficientFriction");
   std::vector<double> rolling(types, 0.0);
   if (rolling_) {
     const auto value = of_pair("coefficientRollingFriction");
@@ -212,7 +222,8 @@ void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
 
   double next[memory_size] = {};
   const BallOnWall& law = of_type_[atom->type[i] - 1];
-  const contact::Pair pair{radius, atom->rmass[i], law.youngs_modulus, law.shear_modulus, law.damping};
+  const contact::Pair pair{radius, atom->rmass[i], law.youngs_modulus, law.shear_modulus,
+                           law.damping};
   for (int t = 0; t < found.count; ++t) {
     const liner::Touch& touch = found.touch[t];
     const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;

@@ -1,6 +1,6 @@
 #ifdef FIX_CLASS
 
-FixStyle(wall/mill, FixWallMill)
+FixStyle(wall / mill, FixWallMill)
 
 #else
 
@@ -72,8 +72,9 @@ class FixWallMill : public Fix {
   int wall_type_ = 0;
   bool rolling_ = true;
   std::vector<BallOnWall> of_type_;
-  double on_wall_[6] = {};   ///< force and torque on the wall, this rank
-  double** memory_ = nullptr;  ///< (n, slots * slot_size): key and tangential displacement of each touch
+  double on_wall_[6] = {};  ///< force and torque on the wall, this rank
+  double** memory_ =
+      nullptr;  ///< (n, slots * slot_size): key and tangential displacement of each touch
 };
 
 }  // namespace LAMMPS_NS

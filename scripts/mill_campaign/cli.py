@@ -95,12 +95,12 @@ def run(
         int | None,
         typer.Option(
             metavar="N",
-            help="MPI ranks of a multi-ball case (a single ball runs on one). Default: all cores.",
+            help="MPI ranks of a multi-ball case; single balls take one. Default: the campaign's.",
         ),
     ] = None,
     jobs: Annotated[
         int | None,
-        typer.Option(metavar="M", help="Cases at a time. Default: as many as the cores allow."),
+        typer.Option(metavar="M", help="Cases at a time. Default: the campaign's."),
     ] = None,
     only: Annotated[
         list[str] | None,
@@ -167,13 +167,12 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
     Example: `millscale report runs/quick --json`
     """
     from mill_analysis import RunFolderError, build_report
-    from mill_campaign.status import campaign_cases
 
-    campaign_cases(runs)
     try:
         build_report(runs)
     except RunFolderError as error:
-        raise CampaignError(error.path, "", error.cause, error.remedy) from None
+        typer.echo(f"error: {error}", err=True)
+        raise typer.Exit(EXIT_WRONG_INPUT) from None
     folder = runs / "report"
     if as_json:
         typer.echo((folder / "results.json").read_text().rstrip("\n"))

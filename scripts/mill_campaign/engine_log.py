@@ -10,6 +10,9 @@ from pathlib import Path
 _ENDED_BY_SIGNAL = "SIGINT/SIGTERM caught"
 _LOOP = re.compile(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with (\d+) atoms", re.M)
 _SECTION = re.compile(r"^(Pair|Neigh|Comm|Outpt|Other)\s+time \(%\) = (\S+)", re.M)
+_CRASH = re.compile(
+    r"process rank (\d+) with PID \d+ on node \S+\s+exited\s+on\s+(signal \d+ \([^)]*\))"
+)
 _NAMES = {"Pair": "pair", "Neigh": "neigh", "Comm": "comm", "Outpt": "output", "Other": "other"}
 
 
@@ -38,10 +41,13 @@ def read_log(*paths: Path) -> str:
 
 
 def error_line(text: str) -> str | None:
-    """The engine's last error, in its own words, or None."""
+    """The engine's last error, in its own words, or how it ended without one; else None."""
     errors = [line.strip() for line in text.splitlines() if line.startswith("ERROR")]
     if errors:
         return errors[-1]
+    crash = _CRASH.search(text)
+    if crash:
+        return f"the engine crashed: rank {crash[1]} exited on {crash[2]}"
     return "the engine was told to end by a signal" if _ENDED_BY_SIGNAL in text else None
 
 

@@ -18,6 +18,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mill_campaign import stage_record
+from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
 from mill_campaign.stage_table import CASE_FILE, STAGES, Stage, stage_of
@@ -91,8 +92,8 @@ def _publish(task: Task) -> None:
 
 def _log_of(folder: Path, stage: Stage, screen: Path) -> str:
     """The file that tells most about a failure."""
-    log = f"log.{stage.name}"
-    return log if stage.deck and (folder / log).exists() else screen.name
+    log = folder / f"log.{stage.name}"
+    return log.name if stage.deck and error_line(read_log(log)) else screen.name
 
 
 @contextmanager

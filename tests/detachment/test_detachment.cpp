@@ -1,8 +1,8 @@
-#include "detachment/detachment.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
+
+#include "detachment/detachment.h"
 
 namespace {
 

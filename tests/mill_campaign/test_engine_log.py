@@ -46,6 +46,11 @@ def test_an_engine_told_to_end_did_not_finish():
     assert "signal" in error_line(text)
 
 
+def test_a_crash_is_told_with_rank_and_signal():
+    text = "mpirun noticed that process rank 3 with PID 0 on node a exited on signal 6 (Aborted).\n"
+    assert error_line(text) == "the engine crashed: rank 3 exited on signal 6 (Aborted)"
+
+
 def test_bytes_that_are_no_text_do_not_hide_the_error(tmp_path):
     log = tmp_path / "log.rotate"
     log.write_bytes(b"ERROR: bad\n \xff\x00{[ (modify.cpp:850)\n")

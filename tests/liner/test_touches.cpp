@@ -1,0 +1,130 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "liner/nearest.h"
+#include "liner/touches.h"
+#include "paper_liners.h"
+
+namespace {
+
+using namespace millscale::liner;
+
+const Liner paper_mill{Widths{3.9, 3.61, 0.25, 0.635, 25, 0.0}};
+constexpr double ball_radius = 0.02;
+
+Point at(double radius, double psi)
+{
+  return {-radius * std::sin(psi), -radius * std::cos(psi)};
+}
+
+double deepest(const Touches& found)
+{
+  double overlap = -1.0;
+  for (int t = 0; t < found.count; ++t) overlap = std::max(overlap, found.touch[t].overlap);
+  return overlap;
+}
+
+TEST(Touches, DeepestIsTheNearestPointOfTheLiner)
+{
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.9);
+  int touching = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const Point p = at(radius(random), psi(random));
+    const Nearest exact = nearest(paper_mill, p);
+    if (exact.distance < 0.0) continue;  // a centre in the wall is no ball of this mill
+    const Touches found = touches(paper_mill, p, ball_radius);
+    if (exact.distance >= ball_radius) {
+      EXPECT_EQ(found.count, 0);
+      continue;
+    }
+    ++touching;
+    ASSERT_GT(found.count, 0);
+    EXPECT_NEAR(deepest(found), ball_radius - exact.distance, 1e-10 * ball_radius);
+  }
+  EXPECT_GT(touching, 5'000);
+}
+
+TEST(Touches, NormalPointsFromTheNearestPointToTheCentre)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.895);
+  for (int i = 0; i < 20'000; ++i) {
+    const Point p = at(radius(random), psi(random));
+    const Nearest exact = nearest(paper_mill, p);
+    const Touches found = touches(paper_mill, p, ball_radius);
+    if (found.count != 1 || exact.distance < 1e-4) continue;
+    EXPECT_NEAR(found.touch[0].normal.x, exact.normal.x, 1e-9);
+    EXPECT_NEAR(found.touch[0].normal.z, exact.normal.z, 1e-9);
+  }
+}
+
+TEST(Touches, ConcaveCornerHasTwo)
+{
+  // Just inside the corner of groove and leading face, within a radius of both.
+  const double psi = -paper_mill.groove_half_angle() + 0.7 * ball_radius / 3.9;
+  const Touches found = touches(paper_mill, at(3.9 - 0.7 * ball_radius, psi), ball_radius);
+  ASSERT_EQ(found.count, 2);
+  EXPECT_EQ(found.touch[0].face, Face::groove);
+  EXPECT_EQ(found.touch[1].face, Face::leading);
+}
+
+TEST(Touches, ConvexEdgeHasOneAtTheExactCorner)
+{
+  const Local corner = paper_mill.corner();
+  const Frame frame(paper_mill.lifter_angle(0));
+  const double direction = -0.8;  // between the normals of top and face
+  const double distance = 0.9 * ball_radius;
+  const Point p = frame.point({corner.radial + distance * std::sin(direction),
+                               corner.tangential + distance * std::cos(direction)});
+  const Touches found = touches(paper_mill, p, ball_radius);
+  ASSERT_EQ(found.count, 1);
+  EXPECT_NEAR(found.touch[0].overlap, ball_radius - distance, 1e-14);
+}
+
+TEST(Touches, NormalTurnsWithoutAJumpAroundALifter)
+{
+  // Along the path of a ball's centre that stays at 0.9 radii from face, edge and top.
+  const Local corner = paper_mill.corner();
+  const Frame frame(paper_mill.lifter_angle(0));
+  const double distance = 0.9 * ball_radius, face = paper_mill.face_angle();
+  double last = -1.0;
+  for (double direction = -0.5 * pi; direction <= -face; direction += 1e-3) {
+    const Point p = frame.point({corner.radial + distance * std::sin(direction),
+                                 corner.tangential + distance * std::cos(direction)});
+    const double overlap = deepest(touches(paper_mill, p, ball_radius));
+    if (last >= 0.0) {
+      EXPECT_NEAR(overlap, last, 1e-12);
+    }
+    last = overlap;
+  }
+  EXPECT_GT(last, 0.0);
+}
+
+TEST(Touches, RepeatFromSectorToSectorAndMirror)
+{
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> psi(-0.5, 0.5), radius(3.58, 3.895);
+  for (int i = 0; i < 2'000; ++i) {
+    const double angle = psi(random) * paper_mill.pitch(), r = radius(random);
+    const double here = deepest(touches(paper_mill, at(r, angle), ball_radius));
+    const double there =
+        deepest(touches(paper_mill, at(r, angle + 7 * paper_mill.pitch()), ball_radius));
+    const double mirrored = deepest(touches(paper_mill, at(r, -angle), ball_radius));
+    EXPECT_NEAR(here, there, 1e-12);
+    EXPECT_NEAR(here, mirrored, 1e-12);
+  }
+}
+
+TEST(Touches, OfAPlainDrumIsTheCircle)
+{
+  const Liner drum{Widths{1.5, 0.0, 0.0, 0.0, 0, 0.0}};
+  const Touches found = touches(drum, at(1.49, 2.0), ball_radius);
+  ASSERT_EQ(found.count, 1);
+  EXPECT_NEAR(found.touch[0].overlap, 0.01, 1e-15);
+  EXPECT_EQ(touches(drum, at(1.47, 2.0), ball_radius).count, 0);
+}
+
+}  // namespace
