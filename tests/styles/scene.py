@@ -97,6 +97,7 @@ def mill_deck(
     dt: float = 5e-5,
     start: str = "now",
     lifters: int = 25,
+    wall: str = "mesh",
     chord_error: float = 4e-3,
     length: float = SLICE,
 ) -> str:
@@ -105,13 +106,18 @@ def mill_deck(
     Args:
         positions: (n, 3) of the balls [m].
         lifters: 25, or 0 for a plain drum.
+        wall: "mesh" or "analytic".
         length: of the periodic slice [m].
     """
     physical = mill_core.OperatingPoint(3.9, 0.02, 9.81, 1.0)
     radius = mill_core.scale(physical, S, scheme).mill.radius
     top = 3.61 / S if lifters else 0.0
     shape = (top, 0.25 / S, 0.635 / S, lifters) if lifters else (0.0, 0.0, 0.0, 0)
-    curvature = write_liner(folder, mill_core.Liner(radius, *shape), length, chord_error)
+    if wall == "mesh":
+        curvature = write_liner(folder, mill_core.Liner(radius, *shape), length, chord_error)
+        liner = mesh_wall(curvature)
+    else:
+        liner = analytic_wall(S, lifters)
     create = "".join(
         f"create_atoms 1 single {x!r} {y!r} {z!r} units box\n" for x, y, z in positions.tolist()
     )
@@ -124,19 +130,39 @@ def mill_deck(
         + MATERIAL.format(youngs_modulus=youngs_modulus, skin=0.02, dt=dt)
         + create
         + "set type 1 diameter 0.04 density 2678\n"
-        + wall_and_drive(S, scheme, curvature, start, detach)
+        + wall_and_drive(S, scheme, liner, start, detach)
     )
 
 
-def wall_and_drive(S: float, scheme: str, curvature: float, start: str, detach: str) -> str:
-    """The part of a deck that is repeated after a restart."""
+def mesh_wall(curvature: float) -> str:
+    """The liner as liner.stl."""
     return (
         f"fix liner all mesh/surface/stress file liner.stl type 2 curvature {curvature!r} "
         "reference_point 0 0 0\n"
         "fix wall all wall/gran model hertz tangential history rolling_friction cdt "
         "mesh n_meshes 1 meshes liner\n"
-        f"fix mill all mill/similarity radius 3.9 gravity 9.81 omega 1.0 ball_radius 0.02 "
-        f"scale {S!r} scheme {scheme} start {start} mesh liner\n"
+    )
+
+
+def analytic_wall(S: float, lifters: int = 25) -> str:
+    """The paper's liner, scaled by S, or a plain drum, as exact arcs and lines."""
+    shape = (
+        f"lifters 25 lifter_top_radius {3.61 / S!r} lifter_top_width {0.25 / S!r} "
+        f"groove_width {0.635 / S!r}"
+    )
+    return f"fix liner all wall/mill mill mill type 2 {shape if lifters else ''}\n"
+
+
+def wall_and_drive(S: float, scheme: str, liner: str, start: str, detach: str) -> str:
+    """The part of a deck that is repeated after a restart.
+
+    Args:
+        liner: of mesh_wall or analytic_wall.
+    """
+    mesh = "mesh liner" if "mesh" in liner else ""
+    return (
+        f"{liner}fix mill all mill/similarity radius 3.9 gravity 9.81 omega 1.0 ball_radius 0.02 "
+        f"scale {S!r} scheme {scheme} start {start} {mesh}\n"
         f"compute detach all mill/detach mill mill {detach}\n"
         "fix integrate all nve/sphere\nfix forces all mill/forces\nthermo_modify lost error\n"
     )

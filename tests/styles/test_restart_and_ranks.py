@@ -8,7 +8,9 @@ from scene import (
     MATERIAL,
     SLICE,
     about_to_be_thrown,
+    analytic_wall,
     loose_bed,
+    mesh_wall,
     mill_deck,
     read_dump,
     run,
@@ -42,22 +44,26 @@ def _state(folder):
 
 def _restart_deck(deck):
     words = deck.split()
-    curvature = float(words[words.index("curvature") + 1])
+    if "curvature" in words:
+        liner = mesh_wall(float(words[words.index("curvature") + 1]))
+    else:
+        liner = analytic_wall(S)
     return (
         HEAD
         + "read_restart half.restart\n"
         + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
         + wall_and_drive(
-            S, "constant-gravity", curvature, "now", f"lifters 25 lifter_top_radius {TOP!r}"
+            S, "constant-gravity", liner, "now", f"lifters 25 lifter_top_radius {TOP!r}"
         )
     )
 
 
-def _whole_and_in_halves(tmp_path, balls, velocity, ranks=1, without=""):
+def _whole_and_in_halves(tmp_path, balls, velocity, wall, ranks=1, without=""):
     whole, halves = tmp_path / "whole", tmp_path / "halves"
     for folder in (whole, halves):
         folder.mkdir()
-        deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT).replace(without, "")
+        deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall)
+        deck = deck.replace(without, "")
     first = run(whole, deck + velocity + _save(STEPS), ranks)
     half = f"run {STEPS // 2}\nwrite_restart half.restart\n"
     run(halves, deck + velocity + half, ranks)
@@ -67,9 +73,11 @@ def _whole_and_in_halves(tmp_path, balls, velocity, ranks=1, without=""):
     return _state(whole), _state(halves), first, second
 
 
+@pytest.mark.parametrize("wall", ["analytic", "mesh"])
 @pytest.mark.parametrize("ranks", [1, 2])
-def test_n_steps_restart_n_steps_equal_2n_steps(tmp_path, ranks):
-    whole, halves, first, second = _whole_and_in_halves(tmp_path, *about_to_be_thrown(S), ranks)
+def test_n_steps_restart_n_steps_equal_2n_steps(tmp_path, ranks, wall):
+    thrown = about_to_be_thrown(S)
+    whole, halves, first, second = _whole_and_in_halves(tmp_path, *thrown, wall, ranks)
     assert first.printed("mill")[0] == second.printed("mill")[0]
     assert first.printed("mill")[0] == pytest.approx(np.sqrt(S) * STEPS * DT, rel=1e-14)
     assert whole[0, FLIGHTS] >= 1
@@ -79,18 +87,20 @@ def test_n_steps_restart_n_steps_equal_2n_steps(tmp_path, ranks):
 
 def test_without_the_forces_carried_over_a_restart_leaves_a_trace(tmp_path):
     balls, velocity = about_to_be_thrown(S)
-    whole, halves, *_ = _whole_and_in_halves(tmp_path, balls, velocity, without=CARRY_FORCES)
+    whole, halves, *_ = _whole_and_in_halves(
+        tmp_path, balls, velocity, "mesh", without=CARRY_FORCES
+    )
     assert np.abs(whole - halves).max() > 1e-9
 
 
-@pytest.mark.parametrize("ranks", [2, 4])
-def test_a_throw_is_the_same_on_any_number_of_ranks(tmp_path, ranks):
+@pytest.mark.parametrize(("ranks", "wall"), [(2, "mesh"), (2, "analytic"), (4, "analytic")])
+def test_a_throw_is_the_same_on_any_number_of_ranks(tmp_path, ranks, wall):
     balls, velocity = about_to_be_thrown(S)  # it drifts along the axis, over seam and ranks
     states, torques = [], []
     for count in (1, ranks):
         folder = tmp_path / str(count)
         folder.mkdir()
-        deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT)
+        deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall)
         result = run(folder, deck + velocity + _save(STEPS), count)
         assert f"1 by {count} by 1 MPI processor grid" in result.text, result.text[-2000:]
         states.append(_state(folder))
@@ -100,13 +110,14 @@ def test_a_throw_is_the_same_on_any_number_of_ranks(tmp_path, ranks):
     assert states[0][0, FLIGHTS] >= 1
 
 
-def test_a_charge_is_the_same_on_two_ranks(tmp_path):
+@pytest.mark.parametrize("wall", ["analytic", "mesh"])
+def test_a_charge_is_the_same_on_two_ranks(tmp_path, wall):
     states = []
     for count in (1, 2):
         folder = tmp_path / str(count)
         folder.mkdir()
         balls = loose_bed(RADIUS, 100, SLICE, seed=5)
-        deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT)
+        deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall)
         result = run(folder, deck + _save(300).replace(f"custom {STEPS}", "custom 300"), count)
         assert result.code == 0, result.text[-2000:]
         states.append(_state(folder)[:, :7])

@@ -1,0 +1,87 @@
+"""fix wall/mill: the same wall as the mesh where the mesh is exact, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from scene import SLICE, about_to_be_thrown, analytic_wall, loose_bed, mill_deck, read_dump, run
+
+S = 2.6
+RADIUS = 3.9 / S
+DT = 1e-4
+SHOW = 'print "ball $(x[1]) $(z[1]) $(vx[1]) $(vz[1]) $(omegay[1])"\n'
+
+
+def _ride(folder, wall, steps):
+    """A ball riding a lifter's face: state, then force and torque on the wall."""
+    folder.mkdir()
+    position, velocity = about_to_be_thrown(S)
+    deck = mill_deck(folder, position, S, "constant-gravity", dt=DT, wall=wall)
+    deck += velocity + f"thermo_style custom step f_liner[1]\nthermo {steps}\nrun {steps}\n" + SHOW
+    deck += 'print "wall ' + " ".join(f"$(f_liner[{k}])" for k in range(1, 7)) + '"\n'
+    result = run(folder, deck)
+    assert result.code == 0, result.text[-2000:]
+    return result.printed("ball"), result.printed("wall")
+
+
+def test_a_ball_on_a_flat_face_moves_as_on_the_mesh(tmp_path):
+    # Face planes of mesh and wall are the same: only rounding tells them apart.
+    ball, on_wall = _ride(tmp_path / "analytic", "analytic", 1500)
+    mesh_ball, on_mesh = _ride(tmp_path / "mesh", "mesh", 1500)
+    np.testing.assert_allclose(ball, mesh_ball, rtol=1e-9, atol=1e-10)
+    assert np.linalg.norm(on_wall[:3]) > 0.01
+    np.testing.assert_allclose(on_wall, on_mesh, rtol=1e-6, atol=1e-7)
+
+
+def test_a_finer_mesh_comes_closer_to_the_exact_arc(tmp_path):
+    # The ball rolls over the panels' edges, where the stock wall starts a new contact: that error stays.
+    rest = np.array([[0.03, SLICE / 2, -np.sqrt((RADIUS - 0.02) ** 2 - 0.03**2)]])
+
+    def final(name, **wall):
+        folder = tmp_path / name
+        folder.mkdir()
+        deck = mill_deck(folder, rest, S, "constant-gravity", dt=DT, start="never", **wall)
+        result = run(folder, deck + "run 2000\n" + SHOW)
+        return result.printed("ball")[:2]
+
+    exact = final("exact", wall="analytic")
+    errors = [
+        np.linalg.norm(final(f"mesh{i}", chord_error=chord) - exact)
+        for i, chord in enumerate((4e-3, 1e-3, 1e-4))
+    ]
+    assert errors[0] > errors[1] > errors[2]
+
+
+def test_a_charge_comes_to_rest_on_the_wall_and_presses_with_its_weight(tmp_path):
+    balls = loose_bed(RADIUS, 60, SLICE, seed=2)
+    deck = mill_deck(tmp_path, balls, S, "constant-gravity", dt=DT, start="never", wall="analytic")
+    deck += "fix damp all viscous 1.0\n"
+    deck += (
+        'thermo_style custom step ke f_liner[3]\nthermo 15000\nrun 15000\nprint "w $(f_liner[3])"\n'
+    )
+    deck += "dump end all custom 1 end.dump id x y z\nrun 0\n"
+    result = run(tmp_path, deck)
+    weight = 60 * 4 / 3 * np.pi * 0.02**3 * 2678 * 9.81
+    assert result.printed("w")[0] == pytest.approx(-weight, rel=0.02)
+    dump = read_dump(tmp_path / "end.dump")
+    assert np.hypot(dump["x"], dump["z"]).max() < RADIUS - 0.0199
+
+
+WRONG = [
+    ("groove_width 3", "groove width: must be < 2 R sin(pi / n)"),
+    ("lifter_top_radius 4", "lifter top radius"),
+    ("lifter_top_width 2", "lifter top width"),
+    ("groove_width 0.03", "balls of radius 0.02 m do not fit"),
+    ("type 3", "type: the wall's atom type must be 1 to 2, got 3"),
+    ("mill nobody", "'nobody' is not the id of a fix mill/similarity"),
+    ("rolling_friction epsd", "accepted are cdt, off"),
+    ("width 3", "unknown keyword 'width'; accepted are"),
+]
+
+
+@pytest.mark.parametrize(("words", "cause"), WRONG, ids=[words for words, _ in WRONG])
+def test_wrong_arguments_give_one_line_of_cause(tmp_path, words, cause):
+    deck = mill_deck(tmp_path, np.array([[0.0, 0.1, -1.3]]), S, "constant-gravity", wall="analytic")
+    line = analytic_wall(S)
+    result = run(tmp_path, deck.replace(line, f"{line.rstrip()} {words}\n") + "run 1\n")
+    assert result.code != 0
+    assert cause in result.error
