@@ -28,6 +28,7 @@ def wall_time(kind: str, balls: int, triangles: int, steps: int, ranks: int) -> 
         ranks: MPI ranks, one core each.
     """
     if kind == "single-ball":
-        return steps * (SINGLE_BALL_STEP + TRIANGLE_STEP * triangles if triangles else ANALYTIC_STEP)
+        step = SINGLE_BALL_STEP + TRIANGLE_STEP * triangles if triangles else ANALYTIC_STEP
+        return steps * step
     particle_step = PARTICLE_STEP_ALONE if ranks == 1 else PARTICLE_STEP_SHARED
     return WHOLE_RUN * particle_step * balls * steps / ranks

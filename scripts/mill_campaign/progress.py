@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.case import Case
@@ -12,6 +13,14 @@ _THERMO = re.compile(r"^\s+(\d+)\s+\d+\s", re.M)
 _TAIL_BYTES = 8192
 
 
+@dataclass(frozen=True)
+class Progress:
+    """Steps done, and when they were [s since 1970]; the engine's files lag behind it."""
+
+    step: int
+    at: float
+
+
 def stage_steps(case: Case, stage: Stage) -> int:
     """Steps the engine makes in a stage; 0 for a stage without engine."""
     if not stage.deck:
@@ -19,20 +28,21 @@ def stage_steps(case: Case, stage: Stage) -> int:
     return case["time"]["settle_steps" if stage.name == "settle" else "steps"]
 
 
-def stage_step(folder: Path, case: Case, stage: Stage) -> int:
-    """Steps done of an engine stage that is running or has stopped on the way.
+def stage_progress(folder: Path, case: Case, stage: Stage) -> Progress:
+    """How far an engine stage is that is running or has stopped on the way.
 
     Args:
         folder: case folder; the stage works in its part folder.
     """
     part = folder / f"{stage.name}.part"
-    if not stage.deck:
-        return 0
     if stage.name == "settle":
-        step = _last_thermo_step(part / f"log.{stage.name}")
+        file = part / f"log.{stage.name}"
+        step = _last_thermo_step(file)
     else:
-        step = int(last_value(part / "series.csv", "step")) - _steps_before(case, part)
-    return min(max(step, 0), stage_steps(case, stage))
+        file = part / "series.csv"
+        step = int(last_value(file, "step")) - _steps_before(case, part)
+    step = min(max(step, 0), stage_steps(case, stage))
+    return Progress(step, file.stat().st_mtime) if step else Progress(0, 0.0)
 
 
 def last_value(path: Path, column: str) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
-from mill_campaign.progress import stage_step, stage_steps
+from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
 from mill_campaign.stage_table import (
     CAMPAIGN_FILE,
@@ -84,12 +84,15 @@ def case_status(folder: Path, case: Case) -> CaseStatus:
     left = [stage for stage, _ in unfinished(folder, kind)]
     record = _record_of_next(folder, left)
     state = _state(left, record)
-    now = stage_step(folder, case, left[0]) if state in ("running", "failed") else 0
+    now = Progress(0, 0.0)
+    if left and left[0].deck and state in ("running", "failed"):
+        now = stage_progress(folder, case, left[0])
     steps_of = {stage.name: stage_steps(case, stage) for stage in STAGES[kind]}
     steps = sum(steps_of.values())
-    step = steps - sum(steps_of[stage.name] for stage in left) + now
-    rate = balls * now / max(time.time() - record.started, 1e-3) if record else 0.0
-    running = state == "running" and rate > 0.0
+    step = steps - sum(steps_of[stage.name] for stage in left) + now.step
+    rate = None
+    if state == "running" and record and now.at > record.started:
+        rate = balls * now.step / (now.at - record.started)
     failed = record if state == "failed" else None
     return CaseStatus(
         id=case.id,
@@ -102,11 +105,16 @@ def case_status(folder: Path, case: Case) -> CaseStatus:
         steps=steps,
         percent=min(99.0, 100.0 * step / steps) if left else 100.0,
         simulated_s=step * case["time"]["step_s"],
-        particle_steps_per_s=rate if running else None,
-        time_left_s=(steps - step) * balls / rate if running else None,
+        particle_steps_per_s=rate,
+        time_left_s=_time_left((steps - step) * balls, rate, now),
         problem=failed.cause if failed else "",
         log=failed.log if failed else "",
     )
+
+
+def _time_left(particle_steps: int, rate: float | None, now: Progress) -> float | None:
+    """Time to go at a rate, counted from now [s]."""
+    return max(0.0, particle_steps / rate - (time.time() - now.at)) if rate else None
 
 
 def _record_of_next(folder: Path, left: list[Stage]) -> StageRecord | None:

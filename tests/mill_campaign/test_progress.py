@@ -1,8 +1,11 @@
 """Reading files that the engine is still writing."""
 
+import os
+
 import pytest
 
-from mill_campaign.progress import last_value
+from mill_campaign.progress import Progress, last_value, stage_progress
+from mill_campaign.stage_table import stage_of
 
 
 @pytest.mark.parametrize(
@@ -24,3 +27,35 @@ def test_the_last_full_line_counts(tmp_path, text, expected):
 
 def test_a_series_that_is_not_there_yet_is_zero(tmp_path):
     assert last_value(tmp_path / "series.csv", "step") == 0.0
+
+
+def charge_case(folder):
+    """A multi-ball case of 100 settling and 1,000 rotation steps, half way in the stages."""
+    (folder / "settle.part").mkdir()
+    (folder / "rotate.part").mkdir()
+    return {"time": {"settle_steps": 100, "steps": 1000}}
+
+
+def test_settling_is_read_from_the_log(tmp_path):
+    case = charge_case(tmp_path)
+    log = tmp_path / "settle.part" / "log.settle"
+    log.write_text(
+        "    Step    Atoms    KinEng\n       0   50   0\n      25   50   0.9144\n      5"
+    )
+    assert stage_progress(tmp_path, case, stage_of("multi-ball", "settle")).step == 25
+
+
+@pytest.mark.parametrize("first", [10, 110])
+def test_a_rotation_counts_from_its_own_start(tmp_path, first):
+    case = charge_case(tmp_path)
+    series = tmp_path / "rotate.part" / "series.csv"
+    series.write_text(f"step,time_s\n{first},0\n{first + 290},1\n")
+    os.utime(series, (5.0, 5.0))
+    progress = stage_progress(tmp_path, case, stage_of("multi-ball", "rotate"))
+    assert progress == Progress(step=300, at=5.0)
+
+
+def test_a_stage_that_has_written_nothing_is_at_its_start(tmp_path):
+    case = charge_case(tmp_path)
+    for name in ("settle", "rotate"):
+        assert stage_progress(tmp_path, case, stage_of("multi-ball", name)) == Progress(0, 0.0)

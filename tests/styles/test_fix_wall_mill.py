@@ -33,7 +33,7 @@ def test_a_ball_on_a_flat_face_moves_as_on_the_mesh(tmp_path):
 
 
 def test_a_finer_mesh_comes_closer_to_the_exact_arc(tmp_path):
-    # The ball rolls over the panels' edges, where the stock wall starts a new contact: that error stays.
+    # The ball rolls over panel edges, where the stock wall starts a new contact: that error stays.
     rest = np.array([[0.03, SLICE / 2, -np.sqrt((RADIUS - 0.02) ** 2 - 0.03**2)]])
 
     def final(name, **wall):
