@@ -13,7 +13,7 @@ import numpy as np
 
 from mill_analysis.dumps import Dump, dump_files, read_dump
 from mill_analysis.run_folder import SERIES, RunFolderError
-from mill_analysis.series import read_series
+from mill_analysis.series import Series, read_series
 
 TIME_LIMIT_S = 600
 
@@ -46,10 +46,20 @@ def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]
             "run the case again: millscale run FILE --runs DIR --only ID",
         )
     series = read_series(folder / SERIES, "multi-ball")
-    angles = np.interp(list(files), series["step"], series["mill_angle_rad"])
+    angles = mill_angle_at(np.array(list(files), float), series)
     paths = list(files.values())
     nearest = sorted({int(np.argmin(np.abs(angles - angle))) for angle in mill_angles})
     return [Snapshot(paths[i], float(angles[i])) for i in nearest]
+
+
+def mill_angle_at(steps: np.ndarray, series: Series) -> np.ndarray:
+    """Mill angle [rad] at steps of a multi-ball series, (n,) float.
+
+    The mill turns evenly; before the first row, where the first dump lies, it is extrapolated.
+    """
+    step, angle = series["step"], series["mill_angle_rad"]
+    slope = (angle[-1] - angle[0]) / (step[-1] - step[0])
+    return np.maximum(0.0, angle[0] + slope * (steps - step[0]))
 
 
 def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:

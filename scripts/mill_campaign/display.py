@@ -41,7 +41,11 @@ def watching(
 ) -> Iterator[Watch]:
     """A function that shows where the cases are, to be called often."""
     if not console.is_terminal:
-        yield _Paced(_REFRESH_S, _Lines(console, runs, cases, allocation))
+        lines = _Lines(console, runs, cases, allocation)
+        try:
+            yield _Paced(_REFRESH_S, lines)
+        finally:
+            lines()
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
 

@@ -80,8 +80,6 @@ def run_workflow(
         except BaseException:
             _end(process)
             raise
-        finally:
-            watch()
     return process.returncode
 
 

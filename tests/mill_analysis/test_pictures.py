@@ -15,6 +15,7 @@ from mill_analysis.run_folder import load_case
 from mill_analysis.snapshots import (
     draw_pictures,
     first_dump,
+    mill_angle_at,
     snapshots_near,
     starts_on_rising_side,
 )
@@ -57,6 +58,12 @@ def test_outline_has_the_liner_s_radii(charge_folder):
 def test_nearest_dump_is_chosen_once(charge_folder):
     chosen = snapshots_near(charge_folder, [0.0, 0.1, 0.45, 5.0])
     assert_allclose([s.mill_angle for s in chosen], [0.0, 0.5, 1.0], atol=1e-3)
+
+
+def test_dump_before_the_first_row_is_at_rest():
+    series = {"step": np.array([7564.0, 7686.0]), "mill_angle_rad": np.array([0.0197, 0.0393])}
+    angles = mill_angle_at(np.array([7000.0, 7442.0, 7625.0, 7808.0]), series)
+    assert_allclose(angles, [0.0, 0.0197 - 0.0196, 0.0295, 0.0589], atol=1e-12)
 
 
 def test_colours_follow_the_start_by_id():

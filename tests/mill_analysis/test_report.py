@@ -208,3 +208,15 @@ def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
     assert page.open == []
     assert "runs" in page.text
     assert len(page.images) == 4
+
+
+def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeypatch):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
+    keep_listed(copy)
+    monkeypatch.setattr(report_figures, "DPI", 40)
+    text = build_report(copy).read_text()
+    table = text[text.index("free flight begins</th>") :]
+    table = table[: table.index("</table>")]
+    for policy in ("paper", "corrected", "offset-liner"):
+        assert table.count(f'<td class="text">{policy}</td>') == 2  # once a scheme
