@@ -19,10 +19,10 @@ inline std::vector<std::string> cells(const std::string& line)
   return result;
 }
 
-/// Rows of a table of the paper (tests/data/paper), by column name.
+/// Rows of a table of the paper (analysis/mill_analysis/paper_tables), by column name.
 inline std::vector<Row> paper_table(const std::string& name)
 {
-  const std::string path = MILLSCALE_TEST_DATA "/paper/" + name;
+  const std::string path = MILLSCALE_PAPER_TABLES "/" + name;
   std::ifstream file(path);
   if (!file) throw std::runtime_error("cannot read " + path);
   std::vector<Row> rows;

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mill_analysis.charge import charge_scales
@@ -42,11 +43,23 @@ def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
         for axes, (name, _, scale, unit, _) in zip(panels.flat, _PANELS, strict=True):
             divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
             axes.set_ylabel(f"{name} {divisor}")
+        for axes in panels[1]:
+            _ignore_start(axes)
         for axes in panels[-1]:
             axes.set_xlabel("mill rotation angle [rad]")
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
+
+
+def _ignore_start(axes: Axes) -> None:
+    """Fit the axis to the curves without their first tenth: the jolt of the start dwarfs them."""
+    values = [
+        line.get_ydata()[line.get_xdata() >= 0.1 * line.get_xdata()[-1]] for line in axes.lines
+    ]
+    low, high = min(v.min() for v in values), max(v.max() for v in values)
+    margin = 0.08 * (high - low) or 1.0
+    axes.set_ylim(low - margin, high + margin)
 
 
 def charge_states(case: FinishedCase) -> Figure:

@@ -1,31 +1,11 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "geometry/vector.h"
+
 namespace millscale::detachment {
-
-using Vector = std::array<double, 3>;
-
-inline double dot(const Vector& a, const Vector& b)
-{
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-inline Vector cross(const Vector& a, const Vector& b)
-{
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-/// Turns `p` by `angle` [rad] about the unit vector `axis` (Rodrigues' formula).
-inline Vector rotated(const Vector& p, const Vector& axis, double angle)
-{
-  const double c = std::cos(angle), s = std::sin(angle);
-  const Vector q = cross(axis, p);
-  const double along = dot(axis, p) * (1.0 - c);
-  return {p[0] * c + q[0] * s + axis[0] * along, p[1] * c + q[1] * s + axis[1] * along,
-          p[2] * c + q[2] * s + axis[2] * along};
-}
 
 /// Where the mill is and what its liner looks like. The cross-section's directions are `down`
 /// (gravity) and `onward`, the way the bottom of the mill moves: axis x down.

@@ -14,7 +14,6 @@
 #include "fix_mesh_surface.h"
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
-#include "memory.h"
 #include "modify.h"
 #include "tri_mesh.h"
 #include "update.h"
@@ -23,7 +22,7 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 namespace detachment = millscale::detachment;
 using detachment::Record;
-using detachment::Vector;
+using millscale::Vector;
 
 namespace {
 
@@ -53,23 +52,23 @@ bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill, d
   }
   for (int e = 0; e < 2; ++e)
     for (int d = 0; d < 3; ++d) edge[e][d] = node[e + 1][d] - node[0][d];
-  const Vector normal = detachment::cross(edge[0], edge[1]);
+  const Vector normal = millscale::cross(edge[0], edge[1]);
   Vector radial{};
   for (int d = 0; d < 3; ++d) radial[d] = centre[d] - mill.origin[d];
-  const double along = detachment::dot(radial, mill.axis);
+  const double along = millscale::dot(radial, mill.axis);
   for (int d = 0; d < 3; ++d) radial[d] -= along * mill.axis[d];
-  const double radius = std::sqrt(detachment::dot(radial, radial));
-  const double facing = std::abs(detachment::dot(normal, radial)) /
-                        (radius * std::sqrt(detachment::dot(normal, normal)));
+  const double radius = std::sqrt(millscale::dot(radial, radial));
+  const double facing = std::abs(millscale::dot(normal, radial)) /
+                        (radius * std::sqrt(millscale::dot(normal, normal)));
   return radius > 0.5 * (mill.radius + lifter_top) && facing > std::sqrt(0.5);
 }
 
 }  // namespace
 
-FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg)
+    : FixPerBallRows(lmp, narg, arg, record_size)
 {
-  restart_global = restart_peratom = 1;
-  create_attribute = 1;
+  restart_global = 1;
   nevery = 1;
   time_depend = 1;
   try {
@@ -77,17 +76,7 @@ FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg) : Fix(
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
-  grow_arrays(atom->nmax);
-  atom->add_callback(0);
-  atom->add_callback(1);
   for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
-}
-
-FixMillDetachTrack::~FixMillDetachTrack()
-{
-  atom->delete_callback(id, 0);
-  atom->delete_callback(id, 1);
-  memory->destroy(records_);
 }
 
 void FixMillDetachTrack::parse(int narg, char** arg)
@@ -163,9 +152,9 @@ void FixMillDetachTrack::observe_all()
     now.ball_radius = atom->radius[i];
     std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
     std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
-    Record ball = read(records_[i]);
+    Record ball = read(row(i));
     const detachment::Confirmed event = detachment::observe(ball, mill_, now, gap_);
-    store(ball, records_[i]);
+    store(ball, row(i));
     if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
     if (event.flight) {
       statistics_.flight.add(ball.flight.angle);
@@ -205,7 +194,7 @@ void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
 
 Record FixMillDetachTrack::record(int i) const
 {
-  return read(records_[i]);
+  return read(row(i));
 }
 
 double FixMillDetachTrack::mill_time() const
@@ -227,55 +216,9 @@ FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() con
   return all;
 }
 
-void FixMillDetachTrack::grow_arrays(int nmax)
-{
-  memory->grow(records_, nmax, record_size, "mill/detach:records");
-}
-
-void FixMillDetachTrack::copy_arrays(int i, int j, int)
-{
-  std::copy(records_[i], records_[i] + record_size, records_[j]);
-}
-
 void FixMillDetachTrack::set_arrays(int i)
 {
-  store(Record{}, records_[i]);
-}
-
-int FixMillDetachTrack::pack_exchange(int i, double* buffer)
-{
-  std::copy(records_[i], records_[i] + record_size, buffer);
-  return record_size;
-}
-
-int FixMillDetachTrack::unpack_exchange(int i, double* buffer)
-{
-  std::copy(buffer, buffer + record_size, records_[i]);
-  return record_size;
-}
-
-int FixMillDetachTrack::pack_restart(int i, double* buffer)
-{
-  buffer[0] = record_size + 1;
-  std::copy(records_[i], records_[i] + record_size, buffer + 1);
-  return record_size + 1;
-}
-
-void FixMillDetachTrack::unpack_restart(int i, int nth)
-{
-  const double* extra = atom->extra[i];
-  for (int skipped = 0; skipped < nth; ++skipped) extra += static_cast<int>(*extra);
-  std::copy(extra + 1, extra + 1 + record_size, records_[i]);
-}
-
-int FixMillDetachTrack::size_restart(int)
-{
-  return record_size + 1;
-}
-
-int FixMillDetachTrack::maxsize_restart()
-{
-  return record_size + 1;
+  store(Record{}, row(i));
 }
 
 void FixMillDetachTrack::write_restart(FILE* file)
@@ -290,9 +233,4 @@ void FixMillDetachTrack::write_restart(FILE* file)
 void FixMillDetachTrack::restart(char* buffer)
 {
   if (comm->me == 0) std::memcpy(static_cast<void*>(&statistics_), buffer, sizeof statistics_);
-}
-
-double FixMillDetachTrack::memory_usage()
-{
-  return static_cast<double>(atom->nmax) * record_size * sizeof(double);
 }

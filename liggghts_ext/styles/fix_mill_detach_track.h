@@ -11,7 +11,7 @@ FixStyle(mill / detach / track, FixMillDetachTrack)
 #include <vector>
 
 #include "detachment/detachment.h"
-#include "fix.h"
+#include "fix_per_ball_rows.h"
 
 namespace LAMMPS_NS {
 
@@ -20,7 +20,7 @@ class FixWallMill;
 
 /// Per-ball detachment records, advanced at the end of every step and carried across ranks and
 /// restarts. Made by compute mill/detach, which publishes them; arguments: docs/styles.md.
-class FixMillDetachTrack : public Fix {
+class FixMillDetachTrack : public FixPerBallRows {
  public:
   /// Statistics of confirmed events since the records began, on this rank.
   struct Statistics {
@@ -28,7 +28,6 @@ class FixMillDetachTrack : public Fix {
   };
 
   FixMillDetachTrack(class LAMMPS*, int, char**);
-  ~FixMillDetachTrack() override;
 
   int setmask() override;
   void init() override;
@@ -38,18 +37,9 @@ class FixMillDetachTrack : public Fix {
   Statistics statistics_of_all_ranks() const;
   double mill_time() const;
 
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
   void set_arrays(int) override;
-  int pack_exchange(int, double*) override;
-  int unpack_exchange(int, double*) override;
-  int pack_restart(int, double*) override;
-  void unpack_restart(int, int) override;
-  int size_restart(int) override;
-  int maxsize_restart() override;
   void write_restart(FILE*) override;
   void restart(char*) override;
-  double memory_usage() override;
 
  private:
   void parse(int narg, char** arg);
@@ -65,7 +55,6 @@ class FixMillDetachTrack : public Fix {
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;
-  double** records_ = nullptr;  ///< (n, record_size), each row a Record
 };
 
 }  // namespace LAMMPS_NS

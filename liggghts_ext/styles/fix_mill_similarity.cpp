@@ -19,7 +19,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 using millscale::format;
-using millscale::detachment::Vector;
+using millscale::Vector;
 namespace similarity = millscale::similarity;
 
 namespace {
@@ -136,7 +136,7 @@ void FixMillSimilarity::parse_option(Arguments& a)
 
 void FixMillSimilarity::normalise_directions()
 {
-  using millscale::detachment::dot;
+  using millscale::dot;
   for (Vector* direction : {&axis_, &down_}) {
     const double length = std::sqrt(dot(*direction, *direction));
     if (!(length > 0.0)) throw std::invalid_argument("axis and down must not be zero vectors");
@@ -233,7 +233,7 @@ void FixMillSimilarity::set_wall_velocity()
         Vector p;
         mesh.node(i, node, p.data());
         for (int d = 0; d < 3; ++d) p[d] -= origin_[d];
-        const Vector v = millscale::detachment::cross(omega, p);
+        const Vector v = millscale::cross(omega, p);
         std::copy(v.begin(), v.end(), velocity[i][node]);
       }
   }

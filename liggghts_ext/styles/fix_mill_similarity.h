@@ -10,8 +10,8 @@ FixStyle(mill / similarity, FixMillSimilarity)
 #include <string>
 #include <vector>
 
-#include "detachment/detachment.h"
 #include "fix.h"
+#include "geometry/vector.h"
 #include "similarity/law.h"
 #include "similarity/rotation.h"
 
@@ -43,9 +43,9 @@ class FixMillSimilarity : public Fix {
   double mill_time() const;
   double speed_now() const;
   double gravity() const { return scaled_.mill.gravity; }
-  const millscale::detachment::Vector& axis() const { return axis_; }
-  const millscale::detachment::Vector& down() const { return down_; }
-  const millscale::detachment::Vector& origin() const { return origin_; }
+  const millscale::Vector& axis() const { return axis_; }
+  const millscale::Vector& down() const { return down_; }
+  const millscale::Vector& origin() const { return origin_; }
   const std::vector<FixMeshSurface*>& meshes() const { return meshes_; }
 
  private:
@@ -62,7 +62,7 @@ class FixMillSimilarity : public Fix {
   millscale::similarity::Rotation rotation_;
   bool starts_at_creation_ = true;
 
-  millscale::detachment::Vector axis_{0, 1, 0}, down_{0, 0, -1}, origin_{0, 0, 0};
+  millscale::Vector axis_{0, 1, 0}, down_{0, 0, -1}, origin_{0, 0, 0};
   std::vector<FixMeshSurface*> meshes_;
   double nodes_angle_ = 0.0;   ///< angle the mesh nodes stand at [rad]
   double stored_angle_ = 0.0;  ///< angle of the node positions the engine rotates from [rad]

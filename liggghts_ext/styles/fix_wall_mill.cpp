@@ -9,7 +9,6 @@
 #include "error.h"
 #include "fix_mill_similarity.h"
 #include "fix_property_global.h"
-#include "memory.h"
 #include "modify.h"
 #include "update.h"
 
@@ -17,7 +16,7 @@ using namespace LAMMPS_NS;
 using namespace FixConst;
 namespace contact = millscale::contact;
 namespace liner = millscale::liner;
-using contact::Vector;
+using millscale::Vector;
 
 namespace {
 
@@ -45,30 +44,18 @@ Vector memory_of(double key, const double* row)
 
 }  // namespace
 
-FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
+    : FixPerBallRows(lmp, narg, arg, memory_size)
 {
   vector_flag = 1;
   size_vector = 6;
   global_freq = 1;
   extvector = 1;
-  restart_peratom = 1;
-  create_attribute = 1;
   try {
     parse(narg, arg);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
-  grow_arrays(atom->nmax);
-  atom->add_callback(0);
-  atom->add_callback(1);
-  for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
-}
-
-FixWallMill::~FixWallMill()
-{
-  atom->delete_callback(id, 0);
-  atom->delete_callback(id, 1);
-  memory->destroy(memory_);
 }
 
 void FixWallMill::parse(int narg, char** arg)
@@ -187,7 +174,7 @@ FixWallMill::MillNow FixWallMill::mill_now() const
   mill.axis = mill_fix_->axis();
   mill.down = mill_fix_->down();
   mill.origin = mill_fix_->origin();
-  mill.across = contact::cross(mill.axis, mill.down);
+  mill.across = millscale::cross(mill.axis, mill.down);
   mill.cosine = std::cos(mill_fix_->mill_angle());
   mill.sine = std::sin(mill_fix_->mill_angle());
   for (int d = 0; d < 3; ++d) mill.omega[d] = mill_fix_->speed_now() * mill.axis[d];
@@ -206,13 +193,13 @@ void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
 {
   Vector arm;
   for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
-  const double below = contact::dot(arm, mill.down), ahead = contact::dot(arm, mill.across);
+  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
   const double radius = atom->radius[i];
   const double reach =
       (widths_.lifters > 0 ? liner_->lifter_top_radius() : liner_->radius()) - radius;
-  double* row = memory_[i];
+  double* memory = row(i);
   if (reach > 0.0 && below * below + ahead * ahead < reach * reach) {
-    for (int s = 0; s < slots; ++s) row[s * slot_size] = 0.0;
+    for (int s = 0; s < slots; ++s) memory[s * slot_size] = 0.0;
     return;
   }
   // Into the frame of the mill at rest: x = -ahead, z = -below, turned back by the mill's angle.
@@ -235,13 +222,13 @@ void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
       wall.spin[d] = atom->omega[i][d];
       lever[d] = arm[d] - (radius - touch.overlap) * wall.normal[d];
     }
-    const Vector wall_velocity = contact::cross(mill.omega, lever);
+    const Vector wall_velocity = millscale::cross(mill.omega, lever);
     for (int d = 0; d < 3; ++d) wall.velocity[d] = atom->v[i][d] - wall_velocity[d];
 
-    Vector displacement = memory_of(key_of(touch), row);
+    Vector displacement = memory_of(key_of(touch), memory);
     const contact::ForceAndTorque on_ball =
         contact::wall_force(pair, law.friction, wall, dt, displacement);
-    const Vector moment = contact::cross(lever, on_ball.force);
+    const Vector moment = millscale::cross(lever, on_ball.force);
     for (int d = 0; d < 3; ++d) {
       atom->f[i][d] += on_ball.force[d];
       atom->torque[i][d] += on_ball.torque[d];
@@ -251,13 +238,13 @@ void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
     }
     next[t * slot_size] = key_of(touch);
   }
-  std::copy(next, next + memory_size, row);
+  std::copy(next, next + memory_size, memory);
 }
 
 void FixWallMill::contacts(int i, bool& wall, bool& on_liner) const
 {
   for (int s = 0; s < slots; ++s) {
-    const double key = memory_[i][s * slot_size];
+    const double key = row(i)[s * slot_size];
     if (key == 0.0) continue;
     wall = true;
     on_liner = on_liner || is_groove(key);
@@ -269,60 +256,4 @@ double FixWallMill::compute_vector(int k)
   double all = 0.0;
   MPI_Allreduce(&on_wall_[k], &all, 1, MPI_DOUBLE, MPI_SUM, world);
   return all;
-}
-
-void FixWallMill::grow_arrays(int nmax)
-{
-  memory->grow(memory_, nmax, memory_size, "wall/mill:memory");
-}
-
-void FixWallMill::copy_arrays(int i, int j, int)
-{
-  std::copy(memory_[i], memory_[i] + memory_size, memory_[j]);
-}
-
-void FixWallMill::set_arrays(int i)
-{
-  std::fill(memory_[i], memory_[i] + memory_size, 0.0);
-}
-
-int FixWallMill::pack_exchange(int i, double* buffer)
-{
-  std::copy(memory_[i], memory_[i] + memory_size, buffer);
-  return memory_size;
-}
-
-int FixWallMill::unpack_exchange(int i, double* buffer)
-{
-  std::copy(buffer, buffer + memory_size, memory_[i]);
-  return memory_size;
-}
-
-int FixWallMill::pack_restart(int i, double* buffer)
-{
-  buffer[0] = memory_size + 1;
-  std::copy(memory_[i], memory_[i] + memory_size, buffer + 1);
-  return memory_size + 1;
-}
-
-void FixWallMill::unpack_restart(int i, int nth)
-{
-  const double* extra = atom->extra[i];
-  for (int skipped = 0; skipped < nth; ++skipped) extra += static_cast<int>(*extra);
-  std::copy(extra + 1, extra + 1 + memory_size, memory_[i]);
-}
-
-int FixWallMill::size_restart(int)
-{
-  return memory_size + 1;
-}
-
-int FixWallMill::maxsize_restart()
-{
-  return memory_size + 1;
-}
-
-double FixWallMill::memory_usage()
-{
-  return static_cast<double>(atom->nmax) * memory_size * sizeof(double);
 }

@@ -12,7 +12,7 @@ FixStyle(wall / mill, FixWallMill)
 #include <vector>
 
 #include "contact/wall_force.h"
-#include "fix.h"
+#include "fix_per_ball_rows.h"
 #include "liner/touches.h"
 
 namespace LAMMPS_NS {
@@ -21,10 +21,9 @@ class FixMillSimilarity;
 
 /// The rotating lifter-liner as an analytic wall with exact arcs: no mesh, no wall neighbour list,
 /// no collective. Arguments and f_ID[k]: docs/styles.md.
-class FixWallMill : public Fix {
+class FixWallMill : public FixPerBallRows {
  public:
   FixWallMill(class LAMMPS*, int, char**);
-  ~FixWallMill() override;
 
   int setmask() override;
   void init() override;
@@ -35,17 +34,6 @@ class FixWallMill : public Fix {
   /// What ball i touched at the last evaluation of the forces.
   void contacts(int i, bool& wall, bool& liner) const;
 
-  void grow_arrays(int) override;
-  void copy_arrays(int, int, int) override;
-  void set_arrays(int) override;
-  int pack_exchange(int, double*) override;
-  int unpack_exchange(int, double*) override;
-  int pack_restart(int, double*) override;
-  void unpack_restart(int, int) override;
-  int size_restart(int) override;
-  int maxsize_restart() override;
-  double memory_usage() override;
-
  private:
   struct BallOnWall {
     double youngs_modulus, shear_modulus, damping;
@@ -53,7 +41,7 @@ class FixWallMill : public Fix {
   };
   /// Where the mill is and how it moves at this step, for all balls.
   struct MillNow {
-    millscale::contact::Vector axis, across, down, origin, omega;
+    millscale::Vector axis, across, down, origin, omega;
     double cosine, sine;
   };
 

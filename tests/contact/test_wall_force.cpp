@@ -5,6 +5,8 @@
 namespace {
 
 using namespace millscale::contact;
+using millscale::dot;
+using millscale::Vector;
 
 const Material ball_material{5.98e7, 0.3, 2678.0};
 constexpr double ball_radius = 0.02;

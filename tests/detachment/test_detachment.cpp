@@ -7,6 +7,8 @@
 namespace {
 
 using namespace millscale::detachment;
+using millscale::rotated;
+using millscale::Vector;
 
 const double pi = std::acos(-1.0);
 constexpr double ball_radius = 0.02;

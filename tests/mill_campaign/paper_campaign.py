@@ -10,7 +10,7 @@ from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
 
 REPOSITORY = Path(__file__).parents[2]
-PAPER = REPOSITORY / "tests" / "data" / "paper"
+PAPER = REPOSITORY / "analysis" / "mill_analysis" / "paper_tables"
 CAMPAIGNS = REPOSITORY / "campaigns"
 
 BASE: dict[str, dict[str, Any]] = {

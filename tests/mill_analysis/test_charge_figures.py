@@ -1,0 +1,31 @@
+"""Figures of a charge."""
+
+from numpy.testing import assert_allclose
+
+from mill_analysis.campaign import load_campaign
+from mill_analysis.charge_figures import charge_series
+from mill_analysis.run_folder import SERIES
+from mill_analysis.series import read_series
+
+
+def test_similar_charges_coincide_in_the_dimensionless_figure(runs):
+    figure = charge_series(load_campaign(runs).charges, dimensionless=True)
+    for axes in figure.axes:
+        first, second = axes.lines
+        assert_allclose(first.get_ydata(), second.get_ydata(), rtol=1e-8)
+    torque = figure.axes[2].lines[0].get_ydata()
+    assert 0.349 < torque.min() < torque.max() < 0.391
+
+
+def test_power_in_watts_is_that_of_the_series_and_the_start_does_not_set_the_scale(
+    runs, monkeypatch
+):
+    case = load_campaign(runs).charges[0]
+    series = read_series(case.folder / SERIES, "multi-ball")
+    series["power_W"][:4] *= 50.0
+    monkeypatch.setattr("mill_analysis.charge_figures.read_series", lambda *_: series)
+    axes = charge_series([case], dimensionless=False).axes[3]
+    assert_allclose(axes.lines[0].get_ydata(), series["power_W"])
+    steady = series["power_W"][30:]
+    assert axes.get_ylim()[0] < steady.min()
+    assert steady.max() < axes.get_ylim()[1] < 1.2 * steady.max()
