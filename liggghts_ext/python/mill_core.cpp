@@ -2,6 +2,8 @@
 
 NB_MODULE(mill_core, m)
 {
+  // Objects that live until the interpreter ends, such as test parameters, are no leak.
+  nb::set_leak_warnings(false);
   m.doc() =
       "Similarity law, lifter-liner cross-section and contact limits of ball mills. SI units; "
       "wrong "

@@ -40,9 +40,10 @@ enum Published {
   energy_ratio,
   centre_path_energy_ratio,
   detach_angle_rad,
-  time_s
+  time_s,
+  mesh_wobble
 };
-constexpr int published_size = time_s;
+constexpr int published_size = mesh_wobble;
 
 }  // namespace
 
@@ -295,10 +296,29 @@ double FixMillSimilarity::compute_vector(int index)
       return scaled_.centre_path_energy_ratio;
     case time_s:
       return mill_time();
+    case mesh_wobble:
+      return wobble_of_meshes();
     case detach_angle_rad:
       return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
   }
   return 0.0;
+}
+
+double FixMillSimilarity::wobble_of_meshes() const
+{
+  double sums[4] = {};  // node positions, number of nodes
+  for (FixMeshSurface* fix : meshes_)
+    for (int i = 0; i < fix->triMesh()->sizeLocal(); ++i)
+      for (int node = 0; node < 3; ++node) {
+        Vector p;
+        fix->triMesh()->node(i, node, p.data());
+        for (int d = 0; d < 3; ++d) sums[d] += p[d] - origin_[d];
+        sums[3] += 1.0;
+      }
+  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
+  if (sums[3] == 0.0) return 0.0;
+  const Vector off_axis = millscale::cross(axis_, {sums[0], sums[1], sums[2]});
+  return std::sqrt(millscale::dot(off_axis, off_axis)) / sums[3] / scaled_.mill.radius;
 }
 
 void FixMillSimilarity::write_restart(FILE* file)

@@ -56,6 +56,7 @@ class FixMillSimilarity : public Fix {
   void find_mesh(const std::string& id);
   void continue_rotation(const millscale::similarity::Rotation& before);
   void set_wall_velocity();
+  double wobble_of_meshes() const;
   [[noreturn]] void fail(const std::string& message);
 
   millscale::similarity::ScaledMill scaled_{};

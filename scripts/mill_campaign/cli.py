@@ -51,6 +51,26 @@ RunsOption = Annotated[
         "--runs", metavar="DIR", help="Folder of the runs; each case works in DIR/cases/ID."
     ),
 ]
+Ranks = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        help="MPI ranks of a multi-ball case; single balls take one. Default: the campaign's.",
+    ),
+]
+Jobs = Annotated[
+    int | None, typer.Option(metavar="M", help="Cases at a time. Default: the campaign's.")
+]
+Only = Annotated[
+    list[str] | None,
+    typer.Option(metavar="ID", help="Only this case; repeatable; `*` stands for any text."),
+]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Show the stages and the mpirun lines; write nothing.")
+]
+Oversubscribe = Annotated[
+    bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
 
 
@@ -91,28 +111,11 @@ def generate(file: Campaign, runs: RunsOption) -> None:
 def run(
     file: Campaign,
     runs: RunsOption,
-    ranks: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="MPI ranks of a multi-ball case; single balls take one. Default: the campaign's.",
-        ),
-    ] = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option(metavar="M", help="Cases at a time. Default: the campaign's."),
-    ] = None,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ID", help="Only this case; repeatable; `*` stands for any text."),
-    ] = None,
-    dry_run: Annotated[
-        bool,
-        typer.Option("--dry-run", help="Show the stages and the mpirun lines; write nothing."),
-    ] = False,
-    oversubscribe: Annotated[
-        bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
-    ] = False,
+    ranks: Ranks = None,
+    jobs: Jobs = None,
+    only: Only = None,
+    dry_run: DryRun = False,
+    oversubscribe: Oversubscribe = False,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 

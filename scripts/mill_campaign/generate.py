@@ -12,10 +12,7 @@ from typing import Any
 from mill_campaign.case import SCHEMA, Case, cases_of, digest, installed_version
 from mill_campaign.config import Campaign
 from mill_campaign.config_build import load_campaign
-from mill_campaign.stage_table import CASE_FILE
-
-CAMPAIGN_FILE = "campaign.json"
-CASES_FOLDER = "cases"
+from mill_campaign.stage_table import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
 
 
 def generate(campaign_file: str | Path, runs: str | Path) -> list[Case]:
