@@ -1,0 +1,114 @@
+"""The decks as generated, in the engine: they run by hand; the fix derives what case.json says."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from mill_campaign.charge import write_charge
+from mill_campaign.decks import copy_decks
+from mill_campaign.engine_run import find_engine
+from mill_campaign.generate import generate
+from mill_campaign.parameters import write_parameters
+from mill_campaign.stage_work import Task, mesh
+
+QUICK = Path(__file__).parents[2] / "campaigns" / "quick.toml"
+PUBLISHED = {
+    "gravity_m_s2": 3,
+    "froude": 4,
+    "radius_m": 5,
+    "omega_rad_s": 6,
+}
+pytestmark = pytest.mark.engine
+
+
+def _run(folder, deck, ranks=1):
+    line = ["mpirun", "-np", str(ranks), "--bind-to", "none", "--oversubscribe"] * (ranks > 1)
+    environment = dict(os.environ)
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    done = subprocess.run(
+        [*line, find_engine(), "-in", deck],
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stdout[-2000:]
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory):
+    """Cases of quick.toml, each rotated by no more than 0.02 rad."""
+    folder = tmp_path_factory.mktemp("decks")
+    short = QUICK.read_text()
+    for long in ("rotation_angle_rad = 7.0", "rotation_angle_rad = 2.5"):
+        assert long in short
+        short = short.replace(long, "rotation_angle_rad = 0.02")
+    short = short.replace("settle_s = 1.2", "settle_s = 0.02")
+    short = short.replace("count = [13370]", "count = [2600]")
+    (folder / "short.toml").write_text(short)
+    return {case.id: case.document for case in generate(folder / "short.toml", folder / "runs")}
+
+
+def _prepare(case, folder, deck):
+    copy_decks((deck,), folder)
+    write_parameters(case, folder)
+    return folder
+
+
+IDS = [
+    f"sb-{scheme}-{policy}-S2.600"
+    for scheme in ("cg", "cs")
+    for policy in ("paper", "corrected", "offset-liner")
+]
+
+
+@pytest.mark.parametrize("case_id", [*IDS, "sb-cg-paper-S1.000"])
+def test_the_fix_derives_what_case_json_says(cases, tmp_path, case_id):
+    case = cases[case_id]
+    _prepare(case, tmp_path, "single_ball.in")
+    words = " ".join(f"$(f_mill[{k}])" for k in (*PUBLISHED.values(), 7, 9, 10, 11, 1))
+    (tmp_path / "show.in").write_text(f'include single_ball.in\nprint "values {words}"\n')
+    text = _run(tmp_path, "show.in")
+    line = next(x for x in text.splitlines() if x.startswith("values"))
+    values = [float(word) for word in line.split()[1:]]
+    mill, factors = case["mill"], case["factors"]
+    assert values[:4] == [mill[name] for name in PUBLISHED]
+    assert values[4:6] == [factors["length"], factors["time"]]
+    assert values[6:8] == [case["predicted_energy_ratio"], case["centre_path_energy_ratio"]]
+    # The turn ends on a whole step.
+    assert values[8] == pytest.approx(0.02, abs=mill["omega_rad_s"] * case["time"]["step_s"])
+
+
+def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
+    case = cases["mb-cg-paper-S2.600"]
+    folder = _prepare(case, tmp_path, "settle.in")
+    copy_decks(("mill.in",), folder)
+    write_charge(case, folder)
+    (folder / "dump").mkdir()
+    _run(folder, "settle.in", ranks=2)
+    _run(folder, "mill.in", ranks=2)
+    header, *rows = (folder / "series.csv").read_text().splitlines()
+    last = dict(zip(header.split(","), rows[-1].split(","), strict=True))
+    assert int(float(last["balls"])) == case["ball"]["count"]
+    assert float(last["mill_angle_rad"]) == pytest.approx(0.02, rel=0.05)
+    states = ("balls_on_wall", "balls_in_bed", "balls_in_flight")
+    assert sum(float(last[name]) for name in states) == case["ball"]["count"]
+    assert list((folder / "dump").glob("charge.*.liggghts"))
+
+
+def test_the_mesh_wall_runs_from_the_same_decks(cases, tmp_path):
+    case = json.loads(json.dumps(cases["sb-cs-paper-S2.600"]))
+    case["wall"]["kind"] = "mesh"
+    folder = _prepare(case, tmp_path, "single_ball.in")
+    mesh(Task(None, case, folder, folder, 1, 0, folder / "out"))
+    assert "ERROR" not in _run(folder, "single_ball.in")
+    rows = (folder / "series.csv").read_text().splitlines()
+    assert len(rows) > 3
