@@ -3,7 +3,7 @@
 NB_MODULE(mill_core, m)
 {
   // Objects that live until the interpreter ends, such as test parameters, are no leak.
-  nb::set_leak_warnings(false);
+  nanobind::set_leak_warnings(false);
   m.doc() =
       "Similarity law, lifter-liner cross-section and contact limits of ball mills. SI units; "
       "wrong "
