@@ -1,7 +1,6 @@
 """Stock LIGGGHTS reads the meshes; balls feel no panel ends, rank borders or periodic seam."""
 
 import os
-import shutil
 import subprocess
 
 import numpy as np
@@ -10,12 +9,7 @@ from numpy.testing import assert_allclose
 
 from liner_mesh import build_liner_mesh, curvature_deg, default_chord_error, write_stl
 
-pytestmark = [
-    pytest.mark.engine,
-    pytest.mark.skipif(
-        not (shutil.which("liggghts") and shutil.which("mpirun")), reason="needs liggghts, mpirun"
-    ),
-]
+pytestmark = pytest.mark.engine
 
 DECK = """
 units si
