@@ -30,6 +30,15 @@ inline PolarPosition polar(const MillFrame& mill, const Vector& position)
   return {std::hypot(below, ahead), std::atan2(ahead, below)};
 }
 
+/// Square of the distance from the axis [m^2].
+inline double square_from_axis(const MillFrame& mill, const Vector& position)
+{
+  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
+                 position[2] - mill.origin[2]};
+  const double along = dot(p, mill.axis);
+  return std::max(0.0, dot(p, p) - along * along);
+}
+
 /// Angle from the vertical (the top), positive on the rising side, (-pi, pi] [rad].
 inline double angle_from_vertical(double psi)
 {
@@ -60,7 +69,8 @@ struct Observation {
   double ball_radius, mill_angle, time;
 };
 
-/// A moment at which a ball lost a contact. count is the number of confirmed ones so far.
+/// A moment at which a ball lost a contact. count is the number of confirmed ones so far; angle and
+/// sector are worked out when it is confirmed.
 struct Event {
   double count = 0.0, angle = 0.0, mill_angle = 0.0, sector = 0.0, time = 0.0;
   Vector position{}, velocity{};
@@ -79,6 +89,7 @@ struct Record {
   double outermost = 0.0;      ///< the last flight began from the outermost layer
   Event liner_candidate, flight_candidate;
   Event liner_off, flight;  ///< confirmed
+  Vector flight_place{};    ///< of the flight candidate, in the frame that turns with the mill
 };
 inline constexpr int record_size = sizeof(Record) / sizeof(double);
 static_assert(sizeof(Record) == record_size * sizeof(double), "Record holds doubles only");
@@ -90,17 +101,22 @@ struct Confirmed {
 
 namespace detail {
 
-inline Event event_at(const MillFrame& mill, const Observation& now, double count)
+inline Event event_at(const Observation& now, double count)
 {
-  const double psi = polar(mill, now.position).psi;
   Event e;
   e.count = count;
-  e.angle = angle_from_vertical(psi);
   e.mill_angle = now.mill_angle;
-  e.sector = sector(mill, psi, now.mill_angle);
   e.time = now.time;
   e.position = now.position;
   e.velocity = now.velocity;
+  return e;
+}
+
+inline Event confirmed_event(const MillFrame& mill, Event e)
+{
+  const double psi = polar(mill, e.position).psi;
+  e.angle = angle_from_vertical(psi);
+  e.sector = sector(mill, psi, e.mill_angle);
   return e;
 }
 
@@ -111,42 +127,49 @@ inline void follow_liner(Record& ball, const MillFrame& mill, const Observation&
     ball.liner_pending = 0.0;
     ball.touched_liner = 1.0;
   } else if (ball.had_liner != 0.0) {
-    ball.liner_candidate = event_at(mill, now, ball.liner_off.count + 1.0);
+    ball.liner_candidate = event_at(now, ball.liner_off.count + 1.0);
     ball.liner_pending = 1.0;
   }
-  if (ball.liner_pending != 0.0 &&
-      mill.radius - now.ball_radius - polar(mill, now.position).radius > gap) {
-    ball.liner_off = ball.liner_candidate;
+  const double inside = std::max(0.0, mill.radius - now.ball_radius - gap);
+  if (ball.liner_pending != 0.0 && square_from_axis(mill, now.position) < inside * inside) {
+    ball.liner_off = confirmed_event(mill, ball.liner_candidate);
     ball.liner_pending = 0.0;
     confirmed.liner_off = true;
   }
   ball.had_liner = now.liner_contact;
 }
 
-/// Distance of the ball from where it would be, had it moved with the mill since the candidate.
-inline double drift_from_mill(const MillFrame& mill, const Event& since, const Observation& now)
+/// Place of the ball in the frame that turns with the mill, from the mill's origin.
+inline Vector place_in_mill(const MillFrame& mill, const Vector& position, const Turn& back)
 {
-  Vector carried, apart;
-  for (int d = 0; d < 3; ++d) carried[d] = since.position[d] - mill.origin[d];
-  carried = rotated(carried, mill.axis, now.mill_angle - since.mill_angle);
-  for (int d = 0; d < 3; ++d) apart[d] = now.position[d] - mill.origin[d] - carried[d];
-  const double along =
-      dot(apart, mill.axis);  // the axial box is periodic: compare the cross-section
-  return std::sqrt(std::max(0.0, dot(apart, apart) - along * along));
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = position[d] - mill.origin[d];
+  return rotated(arm, mill.axis, back);
 }
 
-inline void follow_flight(Record& ball, const MillFrame& mill, const Observation& now, double gap,
-                          Confirmed& confirmed)
+/// Square of the distance of two places in the cross-section: the axial box is periodic.
+inline double square_apart(const MillFrame& mill, const Vector& a, const Vector& b)
+{
+  Vector apart;
+  for (int d = 0; d < 3; ++d) apart[d] = a[d] - b[d];
+  const double along = dot(apart, mill.axis);
+  return std::max(0.0, dot(apart, apart) - along * along);
+}
+
+inline void follow_flight(Record& ball, const MillFrame& mill, const Observation& now,
+                          const Turn& back, double gap, Confirmed& confirmed)
 {
   if (now.contact_force) {
     ball.flight_pending = 0.0;
     ball.in_flight = 0.0;
   } else if (ball.had_force != 0.0) {
-    ball.flight_candidate = event_at(mill, now, ball.flight.count + 1.0);
+    ball.flight_candidate = event_at(now, ball.flight.count + 1.0);
+    ball.flight_place = place_in_mill(mill, now.position, back);
     ball.flight_pending = 1.0;
   }
-  if (ball.flight_pending != 0.0 && drift_from_mill(mill, ball.flight_candidate, now) > gap) {
-    ball.flight = ball.flight_candidate;
+  if (ball.flight_pending != 0.0 &&
+      square_apart(mill, place_in_mill(mill, now.position, back), ball.flight_place) > gap * gap) {
+    ball.flight = confirmed_event(mill, ball.flight_candidate);
     ball.flight_pending = 0.0;
     ball.in_flight = 1.0;
     ball.outermost = ball.touched_liner;
@@ -158,6 +181,13 @@ inline void follow_flight(Record& ball, const MillFrame& mill, const Observation
 
 }  // namespace detail
 
+/// Whether an event waits to be confirmed. If not, an observation with the same contacts as the
+/// last one changes nothing.
+inline bool pending(const Record& ball)
+{
+  return ball.liner_pending != 0.0 || ball.flight_pending != 0.0;
+}
+
 /// Advances a ball's record by one observation. Two events are told apart:
 ///   liner_off  the groove's contact is lost, and the ball has since moved inward by more than
 ///              `gap_over_radius` ball radii (it may ride a lifter face);
@@ -165,18 +195,24 @@ inline void follow_flight(Record& ball, const MillFrame& mill, const Observation
 ///              the mill by more than `gap_over_radius` ball radii.
 /// Either is recorded as of the step at which contact was lost; a ball that touches again before
 /// the gap is reached has only rattled, and nothing is recorded. Derived here.
+/// `back` is the turn by minus the mill's angle.
 inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
-                         double gap_over_radius)
+                         const Turn& back, double gap_over_radius)
 {
   Confirmed confirmed;
-  const double gap = gap_over_radius * now.ball_radius;
-  detail::follow_liner(ball, mill, now, gap, confirmed);
-  detail::follow_flight(ball, mill, now, gap, confirmed);
   const State state = now.wall_contact    ? State::on_wall
                       : now.contact_force ? State::in_bed
                                           : State::in_flight;
   ball.state = static_cast<double>(state);
+  const double gap = gap_over_radius * now.ball_radius;
+  detail::follow_liner(ball, mill, now, gap, confirmed);
+  detail::follow_flight(ball, mill, now, back, gap, confirmed);
   return confirmed;
+}
+inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
+                         double gap_over_radius)
+{
+  return observe(ball, mill, now, Turn(-now.mill_angle), gap_over_radius);
 }
 
 /// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)

@@ -19,6 +19,7 @@
 #include "fix_wall_mill.h"
 #include "lammps.h"
 #include "modify.h"
+#include "pair_gran_fast.h"
 
 namespace {
 
@@ -64,6 +65,8 @@ void register_styles(LAMMPS& engine)
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
+  LAMMPS_NS::PairGranFast::add_to_engine();
+
   ComputeMap& computes = *(engine.modify->*compute_map_member());
   computes["mill/detach"] = &create_compute<LAMMPS_NS::ComputeMillDetach>;
 }
@@ -73,6 +76,8 @@ void list_styles(std::ostream& out)
   out << "\nStyles added by millscale:\n"
          "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
          "  fix wall/mill            the turning lifter-liner as an analytic wall with exact arcs\n"
+         "  pair_style gran ... surface fast\n"
+         "                           Hertz-Mindlin contacts of balls, several times faster\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
          "  compute mill/detach      state of each ball, and where and when it left liner and "
          "charge\n"

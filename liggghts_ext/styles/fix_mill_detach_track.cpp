@@ -15,6 +15,7 @@
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "tri_mesh.h"
 #include "update.h"
 
@@ -27,18 +28,13 @@ using millscale::Vector;
 namespace {
 
 constexpr int record_size = detachment::record_size;
+constexpr signed char unknown = -1;
 
-Record read(const double* row)
+/// The row of a ball as its record: doubles both (Record's own assertion).
+Record& in_row(double* row)
 {
-  static_assert(std::is_trivially_copyable_v<Record>);
-  Record ball;
-  std::memcpy(static_cast<void*>(&ball), row, sizeof ball);
-  return ball;
-}
-
-void store(const Record& ball, double* row)
-{
-  std::memcpy(row, &ball, sizeof ball);
+  static_assert(std::is_trivially_copyable_v<Record> && std::is_standard_layout_v<Record>);
+  return *reinterpret_cast<Record*>(row);
 }
 
 /// Whether a wall triangle belongs to the groove: it lies in the outer half of the lifter's height
@@ -142,25 +138,34 @@ void FixMillDetachTrack::end_of_step()
 
 void FixMillDetachTrack::observe_all()
 {
+  // Records are long and most say at most steps what they said before: `seen_` spares reading them.
+  if (neighbor->ago == 0) seen_.assign(atom->nlocal, unknown);
+  seen_.resize(atom->nlocal, unknown);
   detachment::Observation now{};
   now.mill_angle = mill_fix_->mill_angle();
   now.time = mill_fix_->mill_time();
+  const millscale::Turn back(-now.mill_angle);
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!(atom->mask[i] & groupbit)) continue;
     wall_contacts(i, now.wall_contact, now.liner_contact);
     now.contact_force = now.wall_contact || feels_contact(i);
+    const signed char contacts = now.wall_contact + 2 * now.liner_contact + 4 * now.contact_force;
+    if (seen_[i] == contacts) continue;
     now.ball_radius = atom->radius[i];
     std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
     std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
-    Record ball = read(row(i));
-    const detachment::Confirmed event = detachment::observe(ball, mill_, now, gap_);
-    store(ball, row(i));
-    if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
-    if (event.flight) {
-      statistics_.flight.add(ball.flight.angle);
-      if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
-    }
+    Record& ball = in_row(row(i));
+    count(detachment::observe(ball, mill_, now, back, gap_), ball);
+    seen_[i] = detachment::pending(ball) ? unknown : contacts;
   }
+}
+
+void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record& ball)
+{
+  if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
+  if (!event.flight) return;
+  statistics_.flight.add(ball.flight.angle);
+  if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
 }
 
 /// All that acts on a ball but its weight is contact.
@@ -194,7 +199,7 @@ void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
 
 Record FixMillDetachTrack::record(int i) const
 {
-  return read(row(i));
+  return in_row(row(i));
 }
 
 double FixMillDetachTrack::mill_time() const
@@ -218,7 +223,7 @@ FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() con
 
 void FixMillDetachTrack::set_arrays(int i)
 {
-  store(Record{}, row(i));
+  in_row(row(i)) = Record{};
 }
 
 void FixMillDetachTrack::write_restart(FILE* file)

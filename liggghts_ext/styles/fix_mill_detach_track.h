@@ -44,6 +44,7 @@ class FixMillDetachTrack : public FixPerBallRows {
  private:
   void parse(int narg, char** arg);
   void observe_all();
+  void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
   bool feels_contact(int i) const;
   void wall_contacts(int i, bool& wall, bool& liner) const;
 
@@ -55,6 +56,8 @@ class FixMillDetachTrack : public FixPerBallRows {
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;
+  /// Contacts of each ball at the last step, as bits; -1 where its record must be looked at.
+  std::vector<signed char> seen_;
 };
 
 }  // namespace LAMMPS_NS

@@ -1,0 +1,50 @@
+#pragma once
+
+#include "contact/ball_force.h"
+#include "pairs/balls.h"
+
+namespace millscale::pairs {
+
+/// What the force of all pairs needs. Nothing is owned here. The list is a `HalfList`.
+struct Task {
+  Balls balls;
+  const int *first, *other;
+  int* touching;
+  double* displacement;
+  const contact::BallLaw<double>* law;  ///< of types a and b: law[a * types + b], from 0
+  int types;
+  int only_type;  ///< the type of all balls; 0 where they differ
+  contact::BallTerms terms;
+  double dt;            ///< [s]
+  bool advance;         ///< false at set-up: memories are used as they are
+  bool forget_apart;    ///< a contact's memory ends when the balls part, not at the next list
+  double (*force)[3];   ///< of all balls, owned and ghost; only owned balls get any [N]
+  double (*torque)[3];  ///< [N m]
+};
+
+using Evaluate = void (*)(const Task&);
+
+/// The same source compiled for levels of x86-64; each adds the forces of all pairs.
+namespace v2 {
+void evaluate(const Task&);
+}
+namespace v3 {
+void evaluate(const Task&);
+}
+namespace v4 {
+void evaluate(const Task&);
+}
+
+struct Kernel {
+  const char* level;  ///< "x86-64-v3", ...
+  Evaluate evaluate;
+};
+
+inline constexpr int levels = 3;
+/// Of level 2, 3 or 4; whether this machine can run it: `runs`.
+Kernel kernel(int level);
+bool runs(int level);
+/// The best this machine can run.
+Kernel best_kernel();
+
+}  // namespace millscale::pairs

@@ -1,0 +1,280 @@
+#include "pair_gran_fast.h"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+
+#include "argument_list.h"
+#include "atom.h"
+#include "comm.h"
+#include "contact_laws.h"
+#include "contact_models.h"
+#include "error.h"
+#include "fix_contact_history.h"
+#include "force.h"
+#include "modify.h"
+#include "neigh_request.h"
+#include "neighbor.h"
+#include "pair_gran.h"
+#include "timer.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+namespace contact = millscale::contact;
+namespace pairs = millscale::pairs;
+
+namespace {
+
+namespace models = LIGGGHTS::ContactModels;
+constexpr int surface_fast = 62;  // of 64; the engine's own surface models are below 10
+constexpr const char* style_name = "pair_style gran ... surface fast";
+
+/// Of hertz with or without tangential history and constant directional torque.
+int64_t hash_of(bool history, bool rolling)
+{
+  models::Factory& known = models::Factory::instance();
+  return LIGGGHTS::Utils::generate_gran_hashcode(
+      known.getNormalModelId("hertz"), known.getTangentialModelId(history ? "history" : "off"),
+      known.getCohesionModelId("off"), known.getRollingModelId(rolling ? "cdt" : "off"),
+      surface_fast);
+}
+
+LIGGGHTS::PairStyles::IGranularPairStyle* create(LAMMPS* engine, PairGran* pair, int64_t hash)
+{
+  return new PairGranFast(engine, pair, hash);
+}
+
+}  // namespace
+
+void PairGranFast::add_to_engine()
+{
+  models::Factory::instance().addSurfaceModel("fast", surface_fast);
+  auto& pair_styles = LIGGGHTS::PairStyles::Factory::instance();
+  for (const bool history : {false, true})
+    for (const bool rolling : {false, true})
+      pair_styles.addStyle("gran", static_cast<int>(hash_of(history, rolling)), &create);
+}
+
+PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
+    : Pointers(engine),
+      pair_(pair),
+      hash_(hash),
+      kernel_(pairs::best_kernel()),
+      shown_(engine),
+      shown_history_(engine)
+{
+  terms_.history = hash == hash_of(true, false) || hash == hash_of(true, true);
+  terms_.rolling = hash == hash_of(false, true) || hash == hash_of(true, true);
+}
+
+PairGranFast::~PairGranFast()
+{
+  for (NeighList* list : {&shown_, &shown_history_}) {  // their arrays are ours
+    list->ilist = list->numneigh = nullptr;
+    list->firstneigh = nullptr;
+    list->firstdouble = nullptr;
+  }
+}
+
+void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup* history)
+{
+  try {
+    millscale::ArgumentList list(narg, arg, 0);
+    while (!list.done()) {
+      const std::string key = list.word("a keyword");
+      if (key == "tangential_damping")
+        terms_.tangential_damping = list.choice(key, "on", "off");
+      else if (key == "memory")
+        forget_apart_ = list.choice(key, "of_contact", "stock");
+      else if (key == "kernel") {
+        const int level = list.count(key);
+        if (level < 2 || level > 4 || !pairs::runs(level))
+          throw std::invalid_argument(
+              "kernel: 2, 3 or 4 for x86-64-v2, v3, v4, as far as this "
+              "machine has it, got " +
+              std::to_string(level));
+        kernel_ = pairs::kernel(level);
+      } else
+        throw std::invalid_argument("unknown keyword '" + key +
+                                    "'; accepted are tangential_damping, memory, kernel; for other "
+                                    "options leave out `surface fast`");
+    }
+  } catch (const std::invalid_argument& problem) {
+    error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
+  }
+  // Kept even without a tangential spring: the engine's lists then have one form.
+  history->add_history_value("shearx", "1");
+  history->add_history_value("sheary", "1");
+  history->add_history_value("shearz", "1");
+}
+
+void PairGranFast::init_granular()
+{
+  // The engine has just asked for lists it would build at every turn; we have our own.
+  while (neighbor->nrequest > 0 &&
+         neighbor->requests[neighbor->nrequest - 1]->requestor == static_cast<void*>(pair_))
+    delete neighbor->requests[--neighbor->nrequest];
+  refuse_what_is_not_covered();
+  laws_.clear();
+  try {
+    for (const TypePair& law : contact_laws(lmp, style_name, terms_.history, terms_.rolling))
+      laws_.push_back(contact::ball_law(law.youngs_modulus, law.shear_modulus, law.damping,
+                                        law.sliding, law.rolling));
+  } catch (const std::invalid_argument& problem) {
+    error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
+  }
+}
+
+void PairGranFast::refuse_what_is_not_covered()
+{
+  const auto refuse = [&](bool there, const std::string& what) {
+    if (there)
+      error->all(FLERR, (std::string(style_name) + " does not cover " + what +
+                         "; leave out `surface fast`")
+                            .c_str());
+  };
+  refuse(!atom->rmass || !atom->sphere_flag, "this atom style; it needs spheres with own mass");
+  refuse(atom->superquadric_flag || atom->shapetype_flag, "other shapes than spheres");
+  refuse(pair_->fr_pair() != nullptr, "rigid bodies (fix rigid)");
+  refuse(pair_->freeze_group_bit() != 0, "frozen balls (fix freeze)");
+  refuse(pair_->storeContactForces() || pair_->storeContactForcesStress() ||
+             pair_->storeSumDelta() || pair_->store_sum_normal_force(),
+         "stored contact forces");
+  refuse(modify->n_fixes_style("relax") > 0, "fix relax");
+  refuse(modify->n_fixes_style("insert/stream/predefined") > 0, "fix insert/stream/predefined");
+  refuse(pair_->cpl() != nullptr, "compute pair/gran/local");
+  refuse(neighbor->contactDistanceFactor != 1.0, "models that act at a distance");
+  refuse(pair_->dnum() != 3, "fixes that add to the contact history");
+}
+
+pairs::Balls PairGranFast::balls() const
+{
+  const auto rows = [](double** field) {
+    return reinterpret_cast<const double(*)[3]>(field ? field[0] : nullptr);
+  };
+  return {rows(atom->x), rows(atom->v), rows(atom->omega), atom->radius,
+          atom->rmass,   atom->type,    atom->nlocal,      atom->nlocal + atom->nghost};
+}
+
+void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
+{
+  if (vflag || addflag)
+    error->all(FLERR, (std::string(style_name) +
+                       " computes no pressure, virial or list of pair forces; leave out `surface "
+                       "fast`")
+                          .c_str());
+  if (neighbor->ago == 0) {
+    timer->stamp();
+    build_list();
+    timer->stamp(TIME_NEIGHBOR);
+  }
+  const pairs::Task task{balls(),
+                         list_.first.data(),
+                         list_.other.data(),
+                         list_.touching.data(),
+                         list_.displacement.data(),
+                         laws_.data(),
+                         atom->ntypes,
+                         only_type_,
+                         terms_,
+                         update->dt,
+                         pair_->computeflag() && pair_->shearupdate(),
+                         forget_apart_,
+                         reinterpret_cast<double(*)[3]>(atom->f[0]),
+                         reinterpret_cast<double(*)[3]>(atom->torque[0])};
+  if (task.balls.owned > 0) kernel_.evaluate(task);
+}
+
+void PairGranFast::build_list()
+{
+  const pairs::Balls now = balls();
+  only_type_ = now.all > 0 ? now.type[0] : 0;
+  if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
+    only_type_ = 0;
+  pairs::build(list_, grid_, now, neighbor->skin);
+  recall_memories();
+  show_list_to_engine();
+}
+
+/// Contacts keep their memory from list to list by the tags of their balls.
+void PairGranFast::recall_memories()
+{
+  FixContactHistory* history = pair_->get_fix_history();
+  const pairs::Balls now = balls();
+  for (int i = 0; i < now.owned; ++i) {
+    const int partners = history->n_partner(i);
+    if (partners == 0) continue;
+    for (int entry = list_.first[i]; entry < list_.first[i + 1]; ++entry) {
+      const int j = list_.other[entry];
+      double square = 0.0;
+      for (int d = 0; d < 3; ++d) {
+        const double apart = now.position[i][d] - now.position[j][d];
+        square += apart * apart;
+      }
+      const double radii = now.radius[i] + now.radius[j];
+      if (!(square < radii * radii)) continue;
+      for (int p = 0; p < partners; ++p)
+        if (history->partner(i, p) == atom->tag[j]) {
+          list_.touching[entry] = 1;
+          std::copy_n(history->contacthistory(i, p), 3, &list_.displacement[3 * entry]);
+          break;
+        }
+    }
+  }
+}
+
+void PairGranFast::show_list_to_engine()
+{
+  const int owned = list_.owned();
+  owned_.resize(owned);
+  std::iota(owned_.begin(), owned_.end(), 0);
+  partners_.resize(owned);
+  first_other_.resize(owned);
+  first_touching_.resize(owned);
+  first_displacement_.resize(owned);
+  for (int i = 0; i < owned; ++i) {
+    const int first = list_.first[i];
+    partners_[i] = list_.first[i + 1] - first;
+    first_other_[i] = list_.other.data() + first;
+    first_touching_[i] = list_.touching.data() + first;
+    first_displacement_[i] = list_.displacement.data() + 3 * static_cast<std::size_t>(first);
+  }
+  for (NeighList* list : {&shown_, &shown_history_}) {
+    list->inum = owned;
+    list->ilist = owned_.data();
+    list->numneigh = partners_.data();
+  }
+  shown_.firstneigh = first_other_.data();
+  shown_.listgranhistory = &shown_history_;
+  shown_history_.firstneigh = first_touching_.data();
+  shown_history_.firstdouble = first_displacement_.data();
+  pair_->list = &shown_;
+  pair_->listgranhistory = &shown_history_;
+}
+
+void PairGranFast::write_restart_settings(FILE* file)
+{
+  fwrite(&hash_, sizeof hash_, 1, file);
+}
+
+void PairGranFast::read_restart_settings(FILE* file, int64_t hash)
+{
+  int64_t written = 0;
+  if (comm->me == 0 && (fread(&written, sizeof written, 1, file) != 1 || written != hash))
+    error->one(FLERR, "the restart file is of another pair style");
+}
+
+int PairGranFast::get_history_offset(const std::string)
+{
+  return -1;
+}
+
+bool PairGranFast::contact_match(const std::string type, const std::string model)
+{
+  if (type == "model") return model == "hertz";
+  if (type == "tangential") return model == (terms_.history ? "history" : "off");
+  if (type == "rolling_friction") return model == (terms_.rolling ? "cdt" : "off");
+  if (type == "cohesion") return model == "off";
+  return type == "surface" && model == "fast";
+}

@@ -1,0 +1,63 @@
+#ifndef LMP_PAIR_GRAN_FAST_H
+#define LMP_PAIR_GRAN_FAST_H
+
+#include <memory>
+#include <vector>
+
+#include "granular_pair_style.h"
+#include "neigh_list.h"
+#include "pairs/half_list.h"
+#include "pairs/kernel.h"
+#include "pointers.h"
+
+namespace LAMMPS_NS {
+
+/// `pair_style gran model hertz [tangential history] [rolling_friction cdt] surface fast`: the
+/// engine's contacts with own neighbour list and kernel. Options and limits: docs/styles.md.
+class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected Pointers {
+ public:
+  /// Makes the model known to the engine; before any deck is read.
+  static void add_to_engine();
+
+  PairGranFast(class LAMMPS*, class PairGran*, int64_t hash);
+  ~PairGranFast() override;
+
+  void settings(int, char**, LIGGGHTS::IContactHistorySetup*) override;
+  void init_granular() override;
+  void compute_force(class PairGran*, int eflag, int vflag, int addflag) override;
+  void write_restart_settings(FILE*) override;
+  void read_restart_settings(FILE*, int64_t hash) override;
+
+  int get_history_offset(const std::string) override;
+  double stressStrainExponent() override { return 1.5; }
+  int64_t hashcode() override { return hash_; }
+  bool contact_match(const std::string type, const std::string model) override;
+
+ private:
+  void refuse_what_is_not_covered();
+  void build_list();
+  void recall_memories();
+  void show_list_to_engine();
+  millscale::pairs::Balls balls() const;
+
+  class PairGran* pair_;
+  int64_t hash_;
+  millscale::contact::BallTerms terms_;
+  bool forget_apart_ = true;
+  millscale::pairs::Kernel kernel_;
+  std::vector<millscale::contact::BallLaw<double>> laws_;
+  millscale::pairs::HalfList list_;
+  millscale::pairs::CellGrid grid_;
+  int only_type_ = 0;
+
+  /// The list in the engine's form, so that its contact history, restart files and computes read
+  /// it as their own.
+  NeighList shown_, shown_history_;
+  std::vector<int> owned_, partners_;
+  std::vector<int*> first_other_, first_touching_;
+  std::vector<double*> first_displacement_;
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
