@@ -104,7 +104,8 @@ inline BallForces<Number> ball_force(const BallTouch<Number>& touch, const BallL
   const Number zero(0.0), one(1.0), half(0.5);
   const Number distance = sqrt(touch.square), inverse = one / distance;
   const Triple<Number> normal = inverse * touch.apart;
-  const Number radii = touch.radius_i + touch.radius_j, overlap = radii - distance;
+  const Number radii = touch.radius_i + touch.radius_j;
+  const Number gap = radii - distance, overlap = choose(gap > zero, gap, zero);
   const Number masses = touch.mass_i + touch.mass_j;
   const Number inverses = one / (radii * masses);
   const Number radius = touch.radius_i * touch.radius_j * (inverses * masses);

@@ -10,15 +10,17 @@
 namespace millscale::pairs {
 
 /// Pairs of balls that are close, each once: owned ball i with every later ball j, owned or ghost.
-/// Pairs of ball i are entries first[i] .. first[i + 1].
+/// The pairs of ball i are entries first[i] .. first[i] + partners[i]; every ball's begin at a
+/// multiple of `stride`, and the entries between are there to be read, not to be used.
 struct HalfList {
-  std::vector<int> first{0};
+  static constexpr int stride = 4;
+
+  std::vector<int> first, partners;
   std::vector<int> other;            ///< j
   std::vector<int> touching;         ///< 1 while the two touch
   std::vector<double> displacement;  ///< tangential memory of the contact on i, three each [m]
 
-  int owned() const { return static_cast<int>(first.size()) - 1; }
-  std::size_t size() const { return other.size(); }
+  int owned() const { return static_cast<int>(first.size()); }
 };
 
 /// Balls sorted into a grid of cells no smaller than the longest reach, so that a ball's partners
@@ -130,19 +132,22 @@ inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap
   double largest = 0.0;
   for (int i = 0; i < balls.all; ++i) largest = std::max(largest, balls.radius[i]);
   grid.sort(balls, 2.0 * largest + gap);
-  list.first.resize(balls.owned + 1);
-  list.first[0] = 0;
-  int count = 0;
+  list.first.resize(balls.owned);
+  list.partners.resize(balls.owned);
+  std::size_t count = 0;
   for (int i = 0; i < balls.owned; ++i) {
-    const std::size_t needed = static_cast<std::size_t>(count) + grid.room(i);
+    const std::size_t needed = count + grid.room(i) + HalfList::stride;
     if (list.other.size() < needed) list.other.resize(needed + needed / 2);
-    int* begin = list.other.data() + count;
-    count += static_cast<int>(grid.later_partners(balls, i, gap, begin) - begin);
-    list.first[i + 1] = count;
+    int* const begin = list.other.data() + count;
+    int* end = grid.later_partners(balls, i, gap, begin);
+    list.first[i] = static_cast<int>(count);
+    list.partners[i] = static_cast<int>(end - begin);
+    for (; (end - begin) % HalfList::stride != 0; ++end) *end = i;
+    count += end - begin;
   }
   list.other.resize(count);
   list.touching.assign(count, 0);
-  list.displacement.assign(3 * static_cast<std::size_t>(count), 0.0);
+  list.displacement.assign(3 * count, 0.0);
 }
 
 }  // namespace millscale::pairs

@@ -1,31 +1,26 @@
 // Compiled once for each level of x86-64, MILLSCALE_LEVEL being v2, v3 or v4. All of it but the
-// entry point is local to the object, and it calls no library: a function shared with other
+// entry points is local to the object, and it calls no library: a function shared with other
 // objects could be linked from here and run on a machine that lacks its instructions.
 #include "pairs/kernel.h"
+
+#include <immintrin.h>
 
 namespace millscale::pairs::MILLSCALE_LEVEL {
 namespace {
 
-#if defined(__AVX512F__)
-constexpr int width = 8;
-#elif defined(__AVX__)
 constexpr int width = 4;
-#else
-constexpr int width = 2;
-#endif
-/// `width` doubles that are added, multiplied ... together: the compiler's vector type with the
-/// few functions `contact::ball_force` asks for.
+
+/// Four doubles: the same number of four contacts, or three components of one ball and a spare.
+/// The compiler's vector type with the few functions `contact::ball_force` asks for.
 struct Pack {
-  typedef double Values __attribute__((vector_size(8 * width)));
-  typedef long long Mask __attribute__((vector_size(8 * width)));
+  typedef double Values __attribute__((vector_size(32)));
+  typedef long long Mask __attribute__((vector_size(32)));
 
   Values values;
 
   Pack() = default;
   explicit Pack(double all) : values(Values{} + all) {}
   explicit Pack(Values v) : values(v) {}
-
-  double operator[](int lane) const { return values[lane]; }
 
   friend Pack operator+(Pack a, Pack b) { return Pack(a.values + b.values); }
   friend Pack operator-(Pack a, Pack b) { return Pack(a.values - b.values); }
@@ -50,73 +45,108 @@ struct Pack {
   }
 };
 
-using Numbers = Pack;
-using Vectors = contact::Triple<Numbers>;
+using Vectors = contact::Triple<Pack>;
+typedef int Ints __attribute__((vector_size(16)));
 
-/// A contact found: its balls and its entry of the list.
-struct Found {
-  int i, j, entry;
-};
-
-template <class Value>
-inline Numbers gather(const Value& value)
+template <int a, int b, int c, int d>
+inline Pack shuffled(Pack first, Pack second)
 {
-  Numbers::Values v;
-  for (int lane = 0; lane < width; ++lane) v[lane] = value(lane);
-  return Numbers(v);
+  return Pack(__builtin_shuffle(first.values, second.values, Pack::Mask{a, b, c, d}));
+}
+
+/// x, y, z, 0 of one ball.
+inline Pack row(const double* vector)
+{
+#if defined(__AVX__)
+  return Pack(Pack::Values(_mm256_maskload_pd(vector, _mm256_setr_epi64x(-1, -1, -1, 0))));
+#else
+  return Pack(Pack::Values{vector[0], vector[1], vector[2], 0.0});
+#endif
+}
+
+/// x of all four rows, y of all, z of all.
+inline Vectors columns(Pack a, Pack b, Pack c, Pack d)
+{
+  const Pack low_ab = shuffled<0, 4, 2, 6>(a, b), low_cd = shuffled<0, 4, 2, 6>(c, d);
+  const Pack high_ab = shuffled<1, 5, 3, 7>(a, b), high_cd = shuffled<1, 5, 3, 7>(c, d);
+  return {shuffled<0, 1, 4, 5>(low_ab, low_cd), shuffled<0, 1, 4, 5>(high_ab, high_cd),
+          shuffled<2, 3, 6, 7>(low_ab, low_cd)};
 }
 
 template <class Ball>
 inline Vectors gather(const double (*field)[3], const Ball& ball)
 {
-  return {gather([&](int lane) { return field[ball(lane)][0]; }),
-          gather([&](int lane) { return field[ball(lane)][1]; }),
-          gather([&](int lane) { return field[ball(lane)][2]; })};
+  return columns(row(field[ball(0)]), row(field[ball(1)]), row(field[ball(2)]),
+                 row(field[ball(3)]));
 }
 
-inline contact::BallLaw<Numbers> gather_law(const Task& task, const Found* found)
+template <class Value>
+inline Pack gather(const Value& value)
 {
-  const auto law = [&](int lane) -> const contact::BallLaw<double>& {
-    return task.law[(task.balls.type[found[lane].i] - 1) * task.types +
-                    task.balls.type[found[lane].j] - 1];
-  };
-  return {gather([&](int lane) { return law(lane).normal_stiffness; }),
-          gather([&](int lane) { return law(lane).tangential_stiffness; }),
-          gather([&](int lane) { return law(lane).normal_damping; }),
-          gather([&](int lane) { return law(lane).tangential_damping; }),
-          gather([&](int lane) { return law(lane).sliding; }),
-          gather([&](int lane) { return law(lane).rolling; })};
+  return Pack(Pack::Values{value(0), value(1), value(2), value(3)});
 }
 
-inline contact::BallLaw<Numbers> same_law(const contact::BallLaw<double>& law)
+/// Contacts found: entries of the list and the balls i they belong to.
+struct Found {
+  static constexpr int block = 16 * width;
+  int entry[block + width], i[block + width];
+  int count = 0;
+};
+
+using Law = contact::BallLaw<Pack>;
+
+inline Law gather_law(const Task& task, const int* entry, const int* i)
 {
-  return {Numbers(law.normal_stiffness), Numbers(law.tangential_stiffness),
-          Numbers(law.normal_damping),   Numbers(law.tangential_damping),
-          Numbers(law.sliding),          Numbers(law.rolling)};
+  const contact::BallLaw<double>* law[width];
+  for (int lane = 0; lane < width; ++lane)
+    law[lane] = &task.law[(task.balls.type[i[lane]] - 1) * task.types +
+                          task.balls.type[task.other[entry[lane]]] - 1];
+  return {gather([&](int lane) { return law[lane]->normal_stiffness; }),
+          gather([&](int lane) { return law[lane]->tangential_stiffness; }),
+          gather([&](int lane) { return law[lane]->normal_damping; }),
+          gather([&](int lane) { return law[lane]->tangential_damping; }),
+          gather([&](int lane) { return law[lane]->sliding; }),
+          gather([&](int lane) { return law[lane]->rolling; })};
 }
 
-inline void add(double* sum, const Vectors& part, int lane)
+inline Law same_law(const contact::BallLaw<double>& law)
 {
-  sum[0] += part.x[lane];
-  sum[1] += part.y[lane];
-  sum[2] += part.z[lane];
+  return {Pack(law.normal_stiffness),   Pack(law.tangential_stiffness), Pack(law.normal_damping),
+          Pack(law.tangential_damping), Pack(law.sliding),              Pack(law.rolling)};
 }
 
-inline void subtract(double* sum, const Vectors& part, int lane)
+/// Adds, or subtracts, x, y, z of a row to those of a ball.
+template <bool adds>
+inline void accumulate(double* sum, Pack part)
 {
-  sum[0] -= part.x[lane];
-  sum[1] -= part.y[lane];
-  sum[2] -= part.z[lane];
+  for (int d = 0; d < 3; ++d) sum[d] = adds ? sum[d] + part.values[d] : sum[d] - part.values[d];
 }
 
-/// Forces of `count` <= width contacts; beyond `count` the lanes of `found` repeat one.
-[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const Found* found, int count,
-                                                   const contact::BallLaw<Numbers>& law)
+struct Rows {
+  Pack of[width];
+};
+
+inline Rows rows(const Vectors& v)
+{
+  const Pack zero(0.0);
+  const Pack low_xy = shuffled<0, 4, 2, 6>(v.x, v.y), low_z = shuffled<0, 4, 2, 6>(v.z, zero);
+  const Pack high_xy = shuffled<1, 5, 3, 7>(v.x, v.y), high_z = shuffled<1, 5, 3, 7>(v.z, zero);
+  return {{shuffled<0, 1, 4, 5>(low_xy, low_z), shuffled<0, 1, 4, 5>(high_xy, high_z),
+           shuffled<2, 3, 6, 7>(low_xy, low_z), shuffled<2, 3, 6, 7>(high_xy, high_z)}};
+}
+
+/// Forces of `count` <= width contacts; the lanes beyond `count` repeat one of them.
+[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const int* entry,
+                                                   const int* own, int count, const Law& law)
 {
   const Balls& balls = task.balls;
-  const auto i = [&](int lane) { return found[lane].i; };
-  const auto j = [&](int lane) { return found[lane].j; };
-  contact::BallTouch<Numbers> touch;
+  int other[width];
+  for (int lane = 0; lane < width; ++lane) other[lane] = task.other[entry[lane]];
+  const auto i = [&](int lane) { return own[lane]; };
+  const auto j = [&](int lane) { return other[lane]; };
+  const auto memory = reinterpret_cast<double(*)[3]>(task.displacement);
+
+  contact::BallTouch<Pack> touch;
   touch.apart = gather(balls.position, i) - gather(balls.position, j);
   touch.square = dot(touch.apart, touch.apart);
   touch.radius_i = gather([&](int lane) { return balls.radius[i(lane)]; });
@@ -126,69 +156,159 @@ inline void subtract(double* sum, const Vectors& part, int lane)
   touch.velocity = gather(balls.velocity, i) - gather(balls.velocity, j);
   touch.spin_i = gather(balls.spin, i);
   touch.spin_j = gather(balls.spin, j);
-  const auto memory = reinterpret_cast<double(*)[3]>(task.displacement);
-  touch.displacement = gather(memory, [&](int lane) { return found[lane].entry; });
+  touch.displacement = gather(memory, [&](int lane) { return entry[lane]; });
 
   const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
+
+  const Rows displacement = rows(result.displacement), force = rows(result.force);
+  const Rows torque_i = rows(result.torque_i), torque_j = rows(result.torque_j);
   for (int lane = 0; lane < count; ++lane) {
-    double* kept = memory[found[lane].entry];
-    kept[0] = result.displacement.x[lane];
-    kept[1] = result.displacement.y[lane];
-    kept[2] = result.displacement.z[lane];
-    add(task.force[i(lane)], result.force, lane);
-    add(task.torque[i(lane)], result.torque_i, lane);
+    for (int d = 0; d < 3; ++d) memory[entry[lane]][d] = displacement.of[lane].values[d];
+    accumulate<true>(task.force[i(lane)], force.of[lane]);
+    accumulate<true>(task.torque[i(lane)], torque_i.of[lane]);
     if (j(lane) < balls.owned) {
-      subtract(task.force[j(lane)], result.force, lane);
-      add(task.torque[j(lane)], result.torque_j, lane);
+      accumulate<false>(task.force[j(lane)], force.of[lane]);
+      accumulate<true>(task.torque[j(lane)], torque_j.of[lane]);
     }
   }
 }
 
-inline bool touch_each_other(const Balls& balls, int i, int j)
+/// Bits of the lanes that hold.
+inline int bits(Pack::Mask mask)
 {
-  const double *a = balls.position[i], *b = balls.position[j];
-  const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-  const double radii = balls.radius[i] + balls.radius[j];
-  return x * x + y * y + z * z < radii * radii;
+#if defined(__AVX__)
+  return _mm256_movemask_pd(_mm256_castsi256_pd(__m256i(mask)));
+#else
+  return (mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8);
+#endif
+}
+
+/// Bits of the flags that are 1.
+inline int bits(Ints flags)
+{
+  return _mm_movemask_ps(_mm_castsi128_ps(__m128i(flags << 31)));
+}
+
+/// Sums over the lanes of four packs.
+inline Pack sums(Pack a, Pack b, Pack c, Pack d)
+{
+  const Pack ab = shuffled<0, 4, 2, 6>(a, b) + shuffled<1, 5, 3, 7>(a, b);
+  const Pack cd = shuffled<0, 4, 2, 6>(c, d) + shuffled<1, 5, 3, 7>(c, d);
+  return shuffled<0, 1, 4, 5>(ab, cd) + shuffled<2, 3, 6, 7>(ab, cd);
+}
+
+/// For four bits: which lanes they are, first ones first; and one int for each.
+struct Chosen {
+  Ints order, flag;
+};
+constexpr int chosen_lane(int bits, int rank)
+{
+  for (int lane = 0; lane < 4; ++lane)
+    if ((bits >> lane & 1) && rank-- == 0) return lane;
+  return 0;
+}
+#define MILLSCALE_CHOSEN(b)                                                                     \
+  {                                                                                             \
+    {chosen_lane(b, 0), chosen_lane(b, 1), chosen_lane(b, 2), chosen_lane(b, 3)},               \
+    {                                                                                           \
+      (b) & 1, (b) >> 1 & 1, (b) >> 2 & 1, (b) >> 3 & 1                                         \
+    }                                                                                           \
+  }
+constexpr Chosen chosen[16] = {
+    MILLSCALE_CHOSEN(0),  MILLSCALE_CHOSEN(1),  MILLSCALE_CHOSEN(2),  MILLSCALE_CHOSEN(3),
+    MILLSCALE_CHOSEN(4),  MILLSCALE_CHOSEN(5),  MILLSCALE_CHOSEN(6),  MILLSCALE_CHOSEN(7),
+    MILLSCALE_CHOSEN(8),  MILLSCALE_CHOSEN(9),  MILLSCALE_CHOSEN(10), MILLSCALE_CHOSEN(11),
+    MILLSCALE_CHOSEN(12), MILLSCALE_CHOSEN(13), MILLSCALE_CHOSEN(14), MILLSCALE_CHOSEN(15)};
+#undef MILLSCALE_CHOSEN
+
+template <class Vector>
+inline Vector load(const void* from)
+{
+  Vector v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+
+/// Bits of the balls among `other` that are nearer to ball i than its radius `reach` plus theirs.
+/// The square of the distance less that of the radii is a sum of four squares, one negative.
+inline int nearer(const Balls& balls, Pack centre, double reach, const int* other)
+{
+  Pack square[width];
+  for (int k = 0; k < width; ++k) {
+    const Pack radii(reach + balls.radius[other[k]]);
+    const Pack apart = choose(Pack::Mask{0, 0, 0, -1}, radii, centre - row(balls.position[other[k]]));
+    square[k] = apart * apart * Pack(Pack::Values{1.0, 1.0, 1.0, -1.0});
+  }
+  return bits(sums(square[0], square[1], square[2], square[3]).values < Pack::Values{});
+}
+
+inline void forget(const Task& task, int entry, int parted)
+{
+  for (int lane = 0; lane < width; ++lane)
+    if (parted >> lane & 1)
+      for (int d = 0; d < 3; ++d) task.displacement[3 * (entry + lane) + d] = 0.0;
+}
+
+/// Finds the contacts of ball i among four entries, of which the first `count` are its own.
+inline void find(const Task& task, int i, Pack centre, int entry, int count, Found& found)
+{
+  __builtin_prefetch(task.displacement + 3 * entry);
+  __builtin_prefetch(task.displacement + 3 * entry + 8);
+  const int all = nearer(task.balls, centre, task.balls.radius[i], task.other + entry);
+  const int now = count < width ? all & ((1 << count) - 1) : all;
+  const Ints flags = chosen[now].flag;
+  Ints kept = flags;
+  const Ints before = load<Ints>(task.touching + entry);
+  const int parted = bits(before) & ~now;
+  if (parted != 0) {
+    if (task.forget_apart)
+      forget(task, entry, parted);
+    else
+      kept |= before;
+  }
+  __builtin_memcpy(task.touching + entry, &kept, sizeof kept);
+  const Ints entries = entry + __builtin_shuffle(Ints{0, 1, 2, 3}, chosen[now].order);
+  const Ints own = i + Ints{};
+  __builtin_memcpy(found.entry + found.count, &entries, sizeof entries);
+  __builtin_memcpy(found.i + found.count, &own, sizeof own);
+  found.count += __builtin_popcount(now);
+}
+
+/// Evaluates the contacts found, all but a last incomplete pack, which `last` makes complete.
+inline void evaluate_found(const Task& task, Law& law, Found& found, bool last)
+{
+  int rest = found.count % width;
+  const int full = found.count - rest;
+  for (int lane = full + rest; last && rest > 0 && lane < full + width; ++lane) {
+    found.entry[lane] = found.entry[full];
+    found.i[lane] = found.i[full];
+  }
+  for (int k = 0; k < (last ? found.count : full); k += width) {
+    if (task.only_type == 0) law = gather_law(task, found.entry + k, found.i + k);
+    evaluate_pack(task, found.entry + k, found.i + k, k < full ? width : rest, law);
+  }
+  for (int k = 0; k < rest; ++k) {
+    found.entry[k] = found.entry[full + k];
+    found.i[k] = found.i[full + k];
+  }
+  found.count = rest;
 }
 
 }  // namespace
 
 void evaluate(const Task& task)
 {
-  constexpr int block = 16 * width;
-  Found found[block + width];
-  int count = 0;
-  const bool one_law = task.only_type > 0;
-  contact::BallLaw<Numbers> law =
-      same_law(task.law[(task.only_type - 1) * one_law * (task.types + 1)]);
-  const auto pack = [&](const Found* contacts, int n) {
-    if (!one_law) law = gather_law(task, contacts);
-    evaluate_pack(task, contacts, n, law);
-  };
+  Found found;
+  Law law = same_law(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
   for (int i = 0; i < task.balls.owned; ++i) {
-    for (int entry = task.first[i]; entry < task.first[i + 1]; ++entry) {
-      const int j = task.other[entry];
-      const bool touching = touch_each_other(task.balls, i, j);
-      if (task.touching[entry] & !touching & task.forget_apart) {
-        for (int d = 0; d < 3; ++d) task.displacement[3 * entry + d] = 0.0;
-        task.touching[entry] = 0;
-      }
-      task.touching[entry] |= touching;
-      found[count] = {i, j, entry};  // kept only if it counts: no branch to mispredict
-      count += touching;
-      if (count == block) {
-        for (int k = 0; k < block; k += width) pack(found + k, width);
-        count = 0;
-      }
+    const Pack centre = row(task.balls.position[i]);
+    const int end = task.first[i] + task.partners[i];
+    for (int entry = task.first[i]; entry < end; entry += width) {
+      find(task, i, centre, entry, end - entry, found);
+      if (found.count >= Found::block) evaluate_found(task, law, found, false);
     }
   }
-  int k = 0;
-  for (; k + width <= count; k += width) pack(found + k, width);
-  if (k < count) {
-    for (int lane = count; lane < k + width; ++lane) found[lane] = found[k];
-    pack(found + k, count - k);
-  }
+  evaluate_found(task, law, found, true);
 }
 
 }  // namespace millscale::pairs::MILLSCALE_LEVEL

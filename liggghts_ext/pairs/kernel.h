@@ -8,7 +8,7 @@ namespace millscale::pairs {
 /// What the force of all pairs needs. Nothing is owned here. The list is a `HalfList`.
 struct Task {
   Balls balls;
-  const int *first, *other;
+  const int *first, *partners, *other;
   int* touching;
   double* displacement;
   const contact::BallLaw<double>* law;  ///< of types a and b: law[a * types + b], from 0

@@ -171,6 +171,7 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
   }
   const pairs::Task task{balls(),
                          list_.first.data(),
+                         list_.partners.data(),
                          list_.other.data(),
                          list_.touching.data(),
                          list_.displacement.data(),
@@ -205,7 +206,8 @@ void PairGranFast::recall_memories()
   for (int i = 0; i < now.owned; ++i) {
     const int partners = history->n_partner(i);
     if (partners == 0) continue;
-    for (int entry = list_.first[i]; entry < list_.first[i + 1]; ++entry) {
+    for (int k = 0; k < list_.partners[i]; ++k) {
+      const int entry = list_.first[i] + k;
       const int j = list_.other[entry];
       double square = 0.0;
       for (int d = 0; d < 3; ++d) {
@@ -229,13 +231,11 @@ void PairGranFast::show_list_to_engine()
   const int owned = list_.owned();
   owned_.resize(owned);
   std::iota(owned_.begin(), owned_.end(), 0);
-  partners_.resize(owned);
   first_other_.resize(owned);
   first_touching_.resize(owned);
   first_displacement_.resize(owned);
   for (int i = 0; i < owned; ++i) {
     const int first = list_.first[i];
-    partners_[i] = list_.first[i + 1] - first;
     first_other_[i] = list_.other.data() + first;
     first_touching_[i] = list_.touching.data() + first;
     first_displacement_[i] = list_.displacement.data() + 3 * static_cast<std::size_t>(first);
@@ -243,7 +243,7 @@ void PairGranFast::show_list_to_engine()
   for (NeighList* list : {&shown_, &shown_history_}) {
     list->inum = owned;
     list->ilist = owned_.data();
-    list->numneigh = partners_.data();
+    list->numneigh = list_.partners.data();
   }
   shown_.firstneigh = first_other_.data();
   shown_.listgranhistory = &shown_history_;

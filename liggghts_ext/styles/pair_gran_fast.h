@@ -53,7 +53,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   /// The list in the engine's form, so that its contact history, restart files and computes read
   /// it as their own.
   NeighList shown_, shown_history_;
-  std::vector<int> owned_, partners_;
+  std::vector<int> owned_;
   std::vector<int*> first_other_, first_touching_;
   std::vector<double*> first_displacement_;
 };
