@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pairs/balls.h"
+#include "pairs/cells.h"
 
 namespace millscale::pairs {
 
@@ -39,57 +39,31 @@ class CellGrid {
     }
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     next_.assign(start_.begin(), start_.end() - 1);
-    sorted_.resize(balls.all);
+    // Four may be read where one is left.
+    sorted_.resize(balls.all + HalfList::stride);
+    index_.resize(balls.all + HalfList::stride);
     for (int i = 0; i < balls.all; ++i) {
-      Sorted& ball = sorted_[next_[cell_of_[i]]++];
-      for (int d = 0; d < 3; ++d) ball.position[d] = balls.position[i][d];
-      ball.radius = balls.radius[i];
-      ball.index = i;
+      const int place = next_[cell_of_[i]]++;
+      const double* x = balls.position[i];
+      sorted_[place] = {x[0], x[1], x[2], balls.radius[i]};
+      index_[place] = i;
     }
+  }
+
+  Cells cells() const
+  {
+    return {start_.data(), cell_of_.data(), sorted_.data(), index_.data(), {cells_[0], cells_[1]}};
   }
 
   /// Most partners ball i can have.
   int room(int i) const
   {
     int balls = 0;
-    for_rows(cell_of_[i], [&](int begin, int end) { balls += end - begin; });
+    for_rows_around(cells(), i, [&](int begin, int end) { balls += end - begin; });
     return balls;
   }
 
-  /// Writes every ball j > i whose surface is within `gap` of that of ball i; returns the end.
-  int* later_partners(const Balls& balls, int i, double gap, int* out) const
-  {
-    const double* x = balls.position[i];
-    const double reach = balls.radius[i] + gap;
-    for_rows(cell_of_[i], [&](int begin, int end) {
-      for (int k = begin; k < end; ++k) {
-        const Sorted& ball = sorted_[k];
-        const double dx = x[0] - ball.position[0], dy = x[1] - ball.position[1],
-                     dz = x[2] - ball.position[2], limit = reach + ball.radius;
-        *out = static_cast<int>(ball.index);  // kept only if it counts: no branch to mispredict
-        out += (dx * dx + dy * dy + dz * dz <= limit * limit) & (ball.index > i);
-      }
-    });
-    return out;
-  }
-
  private:
-  struct Sorted {
-    double position[3], radius;
-    std::int64_t index;
-  };
-
-  /// Ranges of sorted balls in the cells around one: three cells of a row lie side by side.
-  template <class Visit>
-  void for_rows(int home, const Visit& visit) const
-  {
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy) {
-        const int row = home + cells_[0] * (dy + cells_[1] * dz);
-        visit(start_[row - 1], start_[row + 2]);
-      }
-  }
-
   void lay_out(const Balls& balls, double reach)
   {
     double high[3];
@@ -123,23 +97,27 @@ class CellGrid {
   double low_[3], inverse_edge_ = 1.0;
   int cells_[3];
   std::vector<int> cell_of_, start_, next_;
-  std::vector<Sorted> sorted_;
+  std::vector<Cells::Row> sorted_;
+  std::vector<int> index_;
 };
 
 /// Lists the pairs whose surfaces are within `gap` [m]; memories are zero, nothing touches.
-inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap)
+inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap,
+                  ListPartners list_partners)
 {
   double largest = 0.0;
   for (int i = 0; i < balls.all; ++i) largest = std::max(largest, balls.radius[i]);
   grid.sort(balls, 2.0 * largest + gap);
+  const Cells cells = grid.cells();
   list.first.resize(balls.owned);
   list.partners.resize(balls.owned);
   std::size_t count = 0;
   for (int i = 0; i < balls.owned; ++i) {
-    const std::size_t needed = count + grid.room(i) + HalfList::stride;
+    const std::size_t needed = count + grid.room(i) + 2 * HalfList::stride;
     if (list.other.size() < needed) list.other.resize(needed + needed / 2);
     int* const begin = list.other.data() + count;
-    int* end = grid.later_partners(balls, i, gap, begin);
+    const double* x = balls.position[i];
+    int* end = list_partners(cells, i, {x[0], x[1], x[2], balls.radius[i] + gap}, begin);
     list.first[i] = static_cast<int>(count);
     list.partners[i] = static_cast<int>(end - begin);
     for (; (end - begin) % HalfList::stride != 0; ++end) *end = i;

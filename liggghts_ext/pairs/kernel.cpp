@@ -111,8 +111,9 @@ inline Law gather_law(const Task& task, const int* entry, const int* i)
 
 inline Law same_law(const contact::BallLaw<double>& law)
 {
-  return {Pack(law.normal_stiffness),   Pack(law.tangential_stiffness), Pack(law.normal_damping),
-          Pack(law.tangential_damping), Pack(law.sliding),              Pack(law.rolling)};
+  return {Pack(law.normal_stiffness), Pack(law.tangential_stiffness),
+          Pack(law.normal_damping),   Pack(law.tangential_damping),
+          Pack(law.sliding),          Pack(law.rolling)};
 }
 
 /// Adds, or subtracts, x, y, z of a row to those of a ball.
@@ -207,12 +208,12 @@ constexpr int chosen_lane(int bits, int rank)
     if ((bits >> lane & 1) && rank-- == 0) return lane;
   return 0;
 }
-#define MILLSCALE_CHOSEN(b)                                                                     \
-  {                                                                                             \
-    {chosen_lane(b, 0), chosen_lane(b, 1), chosen_lane(b, 2), chosen_lane(b, 3)},               \
-    {                                                                                           \
-      (b) & 1, (b) >> 1 & 1, (b) >> 2 & 1, (b) >> 3 & 1                                         \
-    }                                                                                           \
+#define MILLSCALE_CHOSEN(b)                                                       \
+  {                                                                               \
+    {chosen_lane(b, 0), chosen_lane(b, 1), chosen_lane(b, 2), chosen_lane(b, 3)}, \
+    {                                                                             \
+      (b) & 1, (b) >> 1 & 1, (b) >> 2 & 1, (b) >> 3 & 1                           \
+    }                                                                             \
   }
 constexpr Chosen chosen[16] = {
     MILLSCALE_CHOSEN(0),  MILLSCALE_CHOSEN(1),  MILLSCALE_CHOSEN(2),  MILLSCALE_CHOSEN(3),
@@ -229,17 +230,29 @@ inline Vector load(const void* from)
   return v;
 }
 
-/// Bits of the balls among `other` that are nearer to ball i than its radius `reach` plus theirs.
-/// The square of the distance less that of the radii is a sum of four squares, one negative.
-inline int nearer(const Balls& balls, Pack centre, double reach, const int* other)
+inline void store(int* to, Ints numbers)
+{
+  __builtin_memcpy(to, &numbers, sizeof numbers);
+}
+
+/// Bits of the four balls that meet a ball at the centre. Both have their radius as fourth number,
+/// so that the square of the distance less that of the radii is a sum of squares, one negative.
+template <class Ball>
+inline int meet(Pack centre, const Ball& ball)
 {
   Pack square[width];
   for (int k = 0; k < width; ++k) {
-    const Pack radii(reach + balls.radius[other[k]]);
-    const Pack apart = choose(Pack::Mask{0, 0, 0, -1}, radii, centre - row(balls.position[other[k]]));
+    const Pack other = ball(k);
+    const Pack apart = choose(Pack::Mask{0, 0, 0, -1}, centre + other, centre - other);
     square[k] = apart * apart * Pack(Pack::Values{1.0, 1.0, 1.0, -1.0});
   }
   return bits(sums(square[0], square[1], square[2], square[3]).values < Pack::Values{});
+}
+
+/// x, y, z, radius of a ball.
+inline Pack position_and_radius(const Balls& balls, int i)
+{
+  return choose(Pack::Mask{0, 0, 0, -1}, Pack(balls.radius[i]), row(balls.position[i]));
 }
 
 inline void forget(const Task& task, int entry, int parted)
@@ -254,7 +267,8 @@ inline void find(const Task& task, int i, Pack centre, int entry, int count, Fou
 {
   __builtin_prefetch(task.displacement + 3 * entry);
   __builtin_prefetch(task.displacement + 3 * entry + 8);
-  const int all = nearer(task.balls, centre, task.balls.radius[i], task.other + entry);
+  const int all =
+      meet(centre, [&](int k) { return position_and_radius(task.balls, task.other[entry + k]); });
   const int now = count < width ? all & ((1 << count) - 1) : all;
   const Ints flags = chosen[now].flag;
   Ints kept = flags;
@@ -266,11 +280,9 @@ inline void find(const Task& task, int i, Pack centre, int entry, int count, Fou
     else
       kept |= before;
   }
-  __builtin_memcpy(task.touching + entry, &kept, sizeof kept);
-  const Ints entries = entry + __builtin_shuffle(Ints{0, 1, 2, 3}, chosen[now].order);
-  const Ints own = i + Ints{};
-  __builtin_memcpy(found.entry + found.count, &entries, sizeof entries);
-  __builtin_memcpy(found.i + found.count, &own, sizeof own);
+  store(task.touching + entry, kept);
+  store(found.entry + found.count, entry + chosen[now].order);
+  store(found.i + found.count, i + Ints{});
   found.count += __builtin_popcount(now);
 }
 
@@ -296,12 +308,29 @@ inline void evaluate_found(const Task& task, Law& law, Found& found, bool last)
 
 }  // namespace
 
+int* list_partners(const Cells& cells, int i, Cells::Row ball, int* out)
+{
+  const Pack centre(Pack::Values{ball.x, ball.y, ball.z, ball.radius});
+  for_rows_around(cells, i, [&](int begin, int end) {
+    for (int k = begin; k < end; k += width) {
+      const int near =
+          meet(centre, [&](int lane) { return Pack(load<Pack::Values>(cells.sorted + k + lane)); });
+      const Ints index = load<Ints>(cells.index + k);
+      const int left = end - k, own = left < width ? (1 << left) - 1 : 15;
+      const int later = near & own & bits(Ints(index > i) & 1);
+      store(out, __builtin_shuffle(index, chosen[later].order));
+      out += __builtin_popcount(later);
+    }
+  });
+  return out;
+}
+
 void evaluate(const Task& task)
 {
   Found found;
   Law law = same_law(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
   for (int i = 0; i < task.balls.owned; ++i) {
-    const Pack centre = row(task.balls.position[i]);
+    const Pack centre = position_and_radius(task.balls, i);
     const int end = task.first[i] + task.partners[i];
     for (int entry = task.first[i]; entry < end; entry += width) {
       find(task, i, centre, entry, end - entry, found);

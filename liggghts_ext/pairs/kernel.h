@@ -1,7 +1,7 @@
 #pragma once
 
 #include "contact/ball_force.h"
-#include "pairs/balls.h"
+#include "pairs/cells.h"
 
 namespace millscale::pairs {
 
@@ -24,20 +24,24 @@ struct Task {
 
 using Evaluate = void (*)(const Task&);
 
-/// The same source compiled for levels of x86-64; each adds the forces of all pairs.
+/// The same source compiled for levels of x86-64: the forces of all pairs, the partners of a ball.
 namespace v2 {
 void evaluate(const Task&);
-}
+int* list_partners(const Cells&, int i, Cells::Row centre, int* out);
+}  // namespace v2
 namespace v3 {
 void evaluate(const Task&);
-}
+int* list_partners(const Cells&, int i, Cells::Row centre, int* out);
+}  // namespace v3
 namespace v4 {
 void evaluate(const Task&);
-}
+int* list_partners(const Cells&, int i, Cells::Row centre, int* out);
+}  // namespace v4
 
 struct Kernel {
   const char* level;  ///< "x86-64-v3", ...
   Evaluate evaluate;
+  ListPartners list_partners;
 };
 
 inline constexpr int levels = 3;

@@ -193,7 +193,7 @@ void PairGranFast::build_list()
   only_type_ = now.all > 0 ? now.type[0] : 0;
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
     only_type_ = 0;
-  pairs::build(list_, grid_, now, neighbor->skin);
+  pairs::build(list_, grid_, now, neighbor->skin, kernel_.list_partners);
   recall_memories();
   show_list_to_engine();
 }
