@@ -1,9 +1,9 @@
-// Compiled once for each level of x86-64, MILLSCALE_LEVEL being v2, v3 or v4. All of it but the
+// Compiled for x86-64-v3 and v4, MILLSCALE_LEVEL being v3 or v4. All of it but the
 // entry points is local to the object, and it calls no library: a function shared with other
 // objects could be linked from here and run on a machine that lacks its instructions.
-#include "pairs/kernel.h"
-
 #include <immintrin.h>
+
+#include "pairs/kernel.h"
 
 namespace millscale::pairs::MILLSCALE_LEVEL {
 namespace {
@@ -57,11 +57,7 @@ inline Pack shuffled(Pack first, Pack second)
 /// x, y, z, 0 of one ball.
 inline Pack row(const double* vector)
 {
-#if defined(__AVX__)
   return Pack(Pack::Values(_mm256_maskload_pd(vector, _mm256_setr_epi64x(-1, -1, -1, 0))));
-#else
-  return Pack(Pack::Values{vector[0], vector[1], vector[2], 0.0});
-#endif
 }
 
 /// x of all four rows, y of all, z of all.
@@ -177,11 +173,7 @@ inline Rows rows(const Vectors& v)
 /// Bits of the lanes that hold.
 inline int bits(Pack::Mask mask)
 {
-#if defined(__AVX__)
   return _mm256_movemask_pd(_mm256_castsi256_pd(__m256i(mask)));
-#else
-  return (mask[0] & 1) | (mask[1] & 2) | (mask[2] & 4) | (mask[3] & 8);
-#endif
 }
 
 /// Bits of the flags that are 1.

@@ -1,0 +1,81 @@
+// One contact after the other: for machines without AVX, and the plain form of kernel_packs.cpp.
+#include "pairs/kernel.h"
+
+namespace millscale::pairs::v2 {
+namespace {
+
+using contact::Triple;
+
+Triple<double> triple(const double* v)
+{
+  return {v[0], v[1], v[2]};
+}
+
+void add(double* sum, double sign, const Triple<double>& part)
+{
+  sum[0] += sign * part.x;
+  sum[1] += sign * part.y;
+  sum[2] += sign * part.z;
+}
+
+void evaluate_contact(const Task& task, int i, int j, double* memory)
+{
+  const Balls& balls = task.balls;
+  contact::BallTouch<double> touch;
+  touch.apart = triple(balls.position[i]) - triple(balls.position[j]);
+  touch.square = dot(touch.apart, touch.apart);
+  touch.radius_i = balls.radius[i];
+  touch.radius_j = balls.radius[j];
+  touch.mass_i = balls.mass[i];
+  touch.mass_j = balls.mass[j];
+  touch.velocity = triple(balls.velocity[i]) - triple(balls.velocity[j]);
+  touch.spin_i = triple(balls.spin[i]);
+  touch.spin_j = triple(balls.spin[j]);
+  touch.displacement = triple(memory);
+  const auto& law = task.law[(balls.type[i] - 1) * task.types + balls.type[j] - 1];
+  const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
+  memory[0] = result.displacement.x;
+  memory[1] = result.displacement.y;
+  memory[2] = result.displacement.z;
+  add(task.force[i], 1.0, result.force);
+  add(task.torque[i], 1.0, result.torque_i);
+  if (j >= balls.owned) return;
+  add(task.force[j], -1.0, result.force);
+  add(task.torque[j], 1.0, result.torque_j);
+}
+
+}  // namespace
+
+void evaluate(const Task& task)
+{
+  for (int i = 0; i < task.balls.owned; ++i)
+    for (int entry = task.first[i]; entry < task.first[i] + task.partners[i]; ++entry) {
+      const int j = task.other[entry];
+      const auto apart = triple(task.balls.position[i]) - triple(task.balls.position[j]);
+      const double radii = task.balls.radius[i] + task.balls.radius[j];
+      double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
+      if (dot(apart, apart) < radii * radii) {
+        task.touching[entry] = 1;
+        evaluate_contact(task, i, j, memory);
+      } else if (task.touching[entry] && task.forget_apart) {
+        task.touching[entry] = 0;
+        memory[0] = memory[1] = memory[2] = 0.0;
+      }
+    }
+}
+
+int* list_partners(const Cells& cells, int i, Cells::Row ball, int* out)
+{
+  for_rows_around(cells, i, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const Cells::Row& other = cells.sorted[k];
+      const double x = ball.x - other.x, y = ball.y - other.y, z = ball.z - other.z;
+      const double radii = ball.radius + other.radius;
+      *out = cells.index[k];  // kept only if it counts: no branch to mispredict
+      out += (x * x + y * y + z * z < radii * radii) & (cells.index[k] > i);
+    }
+  });
+  return out;
+}
+
+}  // namespace millscale::pairs::v2
