@@ -199,7 +199,7 @@ def test_a_convex_edge_gives_one_touch_at_the_exact_nearest_point(both):
 
 
 def test_a_concave_corner_gives_two_touches(both):
-    liner, _, mesh, wall, _ = both
+    liner, _, _, wall, _ = both
     twice = np.bincount(wall.ball) == 2
     assert np.bincount(wall.ball).max() == (2 if liner.lifters else 1)
     if liner.lifters:
