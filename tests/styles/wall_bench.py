@@ -65,7 +65,7 @@ class Materials:
             full[:kinds, -1] = full[-1, :kinds] = values
             return " ".join(repr(v) for v in full.ravel().tolist())
 
-        moduli = (self.youngs_modulus * kinds)[:kinds] + [self.wall_youngs_modulus]
+        moduli = [*(self.youngs_modulus * kinds)[:kinds], self.wall_youngs_modulus]
         return (
             f"fix m1 all property/global youngsModulus peratomtype {' '.join(map(repr, moduli))}\n"
             f"fix m2 all property/global poissonsRatio peratomtype {' 0.3' * n}\n"
@@ -122,7 +122,10 @@ class Mill:
         )
 
 
-STATE = "x y z vx vy vz omegax omegay omegaz fx fy fz tqx tqy tqz".split()
+STATE = [
+    *("x", "y", "z", "vx", "vy", "vz", "omegax", "omegay", "omegaz"),
+    *("fx", "fy", "fz", "tqx", "tqy", "tqz"),
+]
 
 
 def write_balls(path: Path, balls: Balls, mill: Mill, types: int):
