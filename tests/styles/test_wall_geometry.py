@@ -225,7 +225,8 @@ def test_forces_on_the_turning_wall_are_those_of_the_mesh(tmp_path, liner):
     balls = Balls.of(place, random.normal(size=(count, 3)), 50.0 * random.normal(size=(count, 3)))
     found = {}
     for wall in WALLS:
-        mill = Mill(wall, liner, CHORD_ERROR, omega=1.6, start="now")
+        # A mill that starts now has no speed yet, one that started before does.
+        mill = Mill(wall, liner, CHORD_ERROR, omega=1.6, start="-1e-9")
         state = fly(tmp_path / wall, mill, balls, Materials(), 1e-5, 0)[-1]
         found[wall] = columns(state, "fx fy fz"), columns(state, "tqx tqy tqz")
     for mesh, analytic in zip(found["mesh"], found["analytic"], strict=True):
@@ -233,3 +234,6 @@ def test_forces_on_the_turning_wall_are_those_of_the_mesh(tmp_path, liner):
         assert (size > 0.0).all()
         # Overlaps of 2e-5 m and more are known to 2e-16 of 1.5 m.
         assert (np.linalg.norm(analytic - mesh, axis=1) / size).max() < 1e-9
+    resting = Mill("analytic", liner, CHORD_ERROR)
+    state = fly(tmp_path / "resting", resting, balls, Materials(), 1e-5, 0)[-1]
+    assert (np.abs(columns(state, "fx fy fz") - found["mesh"][0]).max(axis=1) > 0.01).all()

@@ -92,7 +92,7 @@ def test_an_impact_is_the_same_on_both_walls(after, dt):
 RESTITUTION = np.arange(0.1, 1.01, 0.1)
 
 
-def _restitution_error(dt):
+def _restitution_error(restitution, radius, dt):
     """Bound of |realised - requested| restitution at a time step.
 
     Derived here. Forces use velocities half a step old: a linear spring with such a dashpot behaves
@@ -102,14 +102,19 @@ def _restitution_error(dt):
     up to x^(5/4) of its work on the way in, half of the -2 ln(e) it takes off ln(energy), and the
     spring x^(5/2) of the energy.
     """
-    stiffness = 4.0 / 3.0 * 5.98e7 / (2.0 * (1.0 - 0.3**2)) * np.sqrt(RADIUS)
-    mass = 4.0 / 3.0 * np.pi * RADIUS**3 * DENSITY
+    stiffness = 4.0 / 3.0 * 5.98e7 / (2.0 * (1.0 - 0.3**2)) * np.sqrt(radius)
+    mass = 4.0 / 3.0 * np.pi * radius**3 * DENSITY
     overlap = (1.25 * mass * SPEED**2 / stiffness) ** 0.4  # Hertz, ball and wall of one material
     time = 2.94 * overlap / SPEED
-    damping = np.array([mill_core.damping_ratio(e) for e in RESTITUTION])
-    lag = RESTITUTION * np.log(RESTITUTION) ** 2 * dt / (2.0 * time * (1.0 - damping**2))
+    damping = np.array([mill_core.damping_ratio(e) for e in restitution])
+    lag = restitution * np.log(restitution) ** 2 * dt / (2.0 * time * (1.0 - damping**2))
     late = (SPEED * dt / overlap) ** 1.25
-    return lag - 0.5 * RESTITUTION * np.log(RESTITUTION) * late + 0.5 * RESTITUTION * late**2
+    return lag - 0.5 * restitution * np.log(restitution) * late + 0.5 * restitution * late**2
+
+
+def _realised_restitution(folder, wall, balls, inward, materials, dt):
+    state = fly(folder, _mill(wall), balls, materials, dt, round(0.02 / dt))[-1]
+    return np.sum(columns(state, "vx vy vz") * inward, axis=1) / SPEED
 
 
 @pytest.mark.parametrize("dt", [2e-5, 5e-6])
@@ -118,9 +123,20 @@ def test_restitution_is_as_requested(tmp_path, wall, dt):
     kind = np.arange(len(RESTITUTION))
     materials = Materials(RESTITUTION.tolist(), [0.5] * len(kind))
     balls, inward = _thrown(wall, 0.0 * RESTITUTION, kind)
-    state = fly(tmp_path, _mill(wall), balls, materials, dt, round(0.01 / dt))[-1]
-    realised = np.sum(columns(state, "vx vy vz") * inward, axis=1) / SPEED
-    assert (np.abs(realised - RESTITUTION) < _restitution_error(dt)).all()
+    realised = _realised_restitution(tmp_path, wall, balls, inward, materials, dt)
+    bound = _restitution_error(RESTITUTION, RADIUS, dt)
+    assert (np.abs(realised - RESTITUTION) < bound).all()
+
+
+@pytest.mark.parametrize("wall", [*WALLS, "arc"])
+def test_each_ball_rebounds_with_its_own_radius_and_mass(tmp_path, wall):
+    radius, dt = np.array([0.01, 0.02, 0.03, 0.05]), 5e-6
+    same, inward = _thrown(wall, 0.0 * radius, 0)
+    place = same.position + (radius - RADIUS)[:, None] * inward
+    balls = Balls.of(place, same.velocity, radius=radius)
+    realised = _realised_restitution(tmp_path, wall, balls, inward, Materials([0.3]), dt)
+    restitution = np.full(len(radius), 0.3)
+    assert (np.abs(realised - 0.3) < _restitution_error(restitution, radius, dt)).all()
 
 
 @pytest.mark.parametrize("wall", [*WALLS, "arc"])

@@ -147,19 +147,29 @@ def write_balls(path: Path, balls: Balls, mill: Mill, types: int):
     path.write_text("\n".join(lines) + "\n")
 
 
-def deck(folder: Path, mill: Mill, balls: Balls, materials: Materials, dt: float) -> str:
+def deck(
+    folder: Path,
+    mill: Mill,
+    balls: Balls,
+    materials: Materials,
+    dt: float,
+    begin: str = "read_data balls.data",
+) -> str:
     """A deck up to its first run."""
     types = len(materials.restitution) + 1
     write_balls(folder / "balls.data", balls, mill, types)
     return (
         "units si\natom_style granular\natom_modify map array\n"
         f"boundary {mill.boundary}\nnewton off\ncommunicate single vel yes\nprocessors 1 * 1\n"
-        "neigh_modify delay 0\nread_data balls.data\n"
+        f"neigh_modify delay 0\n{begin}\n"
         + materials.commands()
         + "neighbor 0.01 bin\nneigh_modify exclude group all all\n"
         "pair_style gran model hertz tangential history rolling_friction cdt\npair_coeff * *\n"
         f"timestep {dt!r}\n" + mill.commands(folder, types) + "thermo_modify lost error\n"
     )
+
+
+INTEGRATE = "fix integrate all nve/sphere\n"
 
 
 def dump_every(steps: int) -> str:
@@ -177,7 +187,7 @@ def fly(
     dt: float,
     steps: int,
     *,
-    move: str = "fix integrate all nve/sphere\n",
+    move: str = INTEGRATE,
     every: int | None = None,
     ranks: int = 1,
 ) -> list[dict[str, np.ndarray]]:
@@ -188,6 +198,23 @@ def fly(
     assert result.code == 0, result.text[-2000:]
     files = sorted(folder.glob("*.dump"), key=lambda path: int(path.stem))
     return [read_dump(path) for path in (files if every else files[-1:])]
+
+
+def fly_in_halves(
+    folder: Path, mill: Mill, balls: Balls, materials: Materials, dt: float, steps: int
+) -> dict[str, np.ndarray]:
+    """Last state of `fly`, with a restart half way."""
+    folder.mkdir(parents=True, exist_ok=True)
+    end = f"{INTEGRATE}fix forces all mill/forces\n"
+    first = deck(folder, mill, balls, materials, dt) + end
+    again = deck(folder, mill, balls, materials, dt, "read_restart half.restart") + end
+    for text in (
+        f"{first}run {steps // 2}\nwrite_restart half.restart\n",
+        f"{again}{dump_every(steps)}run {steps - steps // 2}\n",
+    ):
+        result = run(folder, text)
+        assert result.code == 0, result.text[-2000:]
+    return read_dump(folder / f"{steps}.dump")
 
 
 def columns(state, names):
