@@ -87,7 +87,7 @@ void FixWallMill::check_balls_are_inside() const
   if (of_this_rank != first) place = {};
   MPI_Allreduce(MPI_IN_PLACE, place.data(), 3, MPI_DOUBLE, MPI_SUM, world);
   throw std::invalid_argument(
-      std::to_string(outside) + " balls have their centres outside the liner, the first is ball " +
+      "balls with their centre outside the liner: " + std::to_string(outside) + ", first ball " +
       std::to_string(first) + " at (" + format(place[0]) + ", " + format(place[1]) + ", " +
-      format(place[2]) + ") m; check the liner, its phase and the mill's origin");
+      format(place[2]) + ") m; check the liner, its phase and ends, and the mill's origin");
 }

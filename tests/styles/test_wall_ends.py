@@ -78,7 +78,7 @@ def test_ends_turn_with_the_mill_or_rest(tmp_path):
 
 
 def test_an_end_is_wall_but_not_liner(tmp_path):
-    # Off the groove at 1 m/s, pressed on an end all the way: the liner's contact is lost, no flight.
+    # Off the groove at 1 m/s and pressed on an end all the way: liner contact lost, no flight.
     balls = Balls.of([[0.0, LOW + RADIUS - 1e-4, -(1.5 - RADIUS + 1e-4)]], [[0.0, 0.0, 1.0]])
     mill = Mill("arc", LINER, 0.0, **CLOSED)
     text = deck(tmp_path, mill, balls, Materials(), 1e-4) + INTEGRATE
