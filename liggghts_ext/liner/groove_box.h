@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -7,6 +8,20 @@
 #include "liner/liner.h"
 
 namespace millscale::liner {
+
+/// Width of a groove between the top corners of its two lifters [m].
+inline double groove_mouth_width(const Liner& liner)
+{
+  const double half_pitch = 0.5 * liner.pitch();
+  const Local corner = liner.corner();
+  return 2.0 * (corner.radial * std::sin(half_pitch) - corner.tangential * std::cos(half_pitch));
+}
+
+/// Width of a groove where it is narrowest, at its foot or at its mouth [m].
+inline double narrowest_groove_width(const Liner& liner)
+{
+  return std::min(liner.groove_width(), groove_mouth_width(liner));
+}
 
 /// Corners of the box that holds groove 0 at rest [m], in order of increasing polar angle along the
 /// liner, then back along the lifter tops: between the planes of the facing lifter faces, from the
@@ -20,8 +35,7 @@ inline std::array<Point, 4> groove_box(const Liner& liner)
   const Local corner = liner.corner();
   const double inner =
       corner.radial * std::cos(half_pitch) + corner.tangential * std::sin(half_pitch);
-  const double inner_half =
-      corner.radial * std::sin(half_pitch) - corner.tangential * std::cos(half_pitch);
+  const double inner_half = 0.5 * groove_mouth_width(liner);
   // Seen from the groove's centre line the faces open or close by half the pitch.
   const double opening = std::tan(half_pitch - liner.face_angle());
   const double outer_half = inner_half + (liner.radius() - inner) * opening;

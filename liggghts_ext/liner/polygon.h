@@ -24,6 +24,23 @@ inline int chords(double radius, double half_angle, double chord_error)
   return std::max(1, static_cast<int>(std::ceil(half_angle / half_chord_angle - 1e-9)));
 }
 
+/// Equal chords in place of each groove's arc; none: the exact arc. The mesh's polygon and a wall
+/// with the same chord error have the same ones.
+struct GrooveChords {
+  int count = 0;              ///< per groove; 0: the arc
+  double half_angle = 0.0;    ///< half the angle one chord spans [rad]
+  double inner_radius = 0.0;  ///< from the axis to the middle of a chord [m]
+};
+
+/// Throws std::invalid_argument for a chord error [m] that is not in (0, R).
+inline GrooveChords groove_chords(const Liner& liner, double chord_error)
+{
+  const double R = liner.radius(), half_angle = liner.groove_half_angle();
+  detail::require_between("chord error", 0.0, R, chord_error, "the liner radius");
+  const int count = std::max(chords(R, half_angle, chord_error), liner.lifters() == 0 ? 3 : 1);
+  return {count, half_angle / count, R * std::cos(half_angle / count)};
+}
+
 /// Polygon with its nodes on the liner: lifters exact, groove arcs as equal chords within
 /// chord_error [m]. Every sector's nodes are those of sector 0, rotated. A sector runs from the
 /// trailing corner of lifter k over its top, leading face and groove to the next lifter's foot.
@@ -31,9 +48,8 @@ inline int chords(double radius, double half_angle, double chord_error)
 inline Polygon polygon(const Liner& liner, double chord_error)
 {
   const double R = liner.radius(), half_angle = liner.groove_half_angle();
-  detail::require_between("chord error", 0.0, R, chord_error, "the liner radius");
   const bool plain = liner.lifters() == 0;
-  const int count = std::max(chords(R, half_angle, chord_error), plain ? 3 : 1);
+  const int count = groove_chords(liner, chord_error).count;
   const Local corner = liner.corner();
 
   Polygon result;

@@ -1,4 +1,5 @@
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 
@@ -6,8 +7,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "bindings.h"
 #include "liner/area.h"
@@ -15,6 +18,7 @@
 #include "liner/nearest.h"
 #include "liner/offset.h"
 #include "liner/polygon.h"
+#include "liner/touches.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -85,6 +89,34 @@ NearestPoints nearest_points(const Liner& liner, const Points& query)
           points(n, [&](std::size_t i) { return found[i].normal; })};
 }
 
+/// `touches` of balls at many points: a row for each touch.
+struct TouchRows {
+  Column<std::int64_t> ball, face, sector;
+  Column<double> overlap;
+  PointArray normal;
+};
+
+TouchRows touch_rows(const Liner& liner, const Points& centres, double ball_radius,
+                     std::optional<double> chord_error)
+{
+  const GrooveChords chords = chord_error ? wall_chords(liner, *chord_error) : GrooveChords{};
+  std::vector<std::int64_t> ball;
+  std::vector<Touch> found;
+  for (std::size_t i = 0; i < centres.shape(0); ++i) {
+    const Touches here = touches(liner, row(centres, i), ball_radius, chords);
+    for (int t = 0; t < here.count; ++t) {
+      ball.push_back(static_cast<std::int64_t>(i));
+      found.push_back(here.touch[static_cast<std::size_t>(t)]);
+    }
+  }
+  const std::size_t n = found.size();
+  return {column<std::int64_t>(n, [&](std::size_t i) { return ball[i]; }),
+          column<std::int64_t>(n, [&](std::size_t i) { return static_cast<int>(found[i].face); }),
+          column<std::int64_t>(n, [&](std::size_t i) { return found[i].sector; }),
+          column<double>(n, [&](std::size_t i) { return found[i].overlap; }),
+          points(n, [&](std::size_t i) { return found[i].normal; })};
+}
+
 std::pair<PointArray, Column<std::int64_t>> polygon_arrays(const Liner& liner, double chord_error)
 {
   const Polygon p = polygon(liner, chord_error);
@@ -131,6 +163,19 @@ void bind_nearest(nb::module_& m)
               "(n, 2) float, unit vectors into the cavity.");
 }
 
+void bind_touches(nb::module_& m)
+{
+  nb::class_<TouchRows>(m, "Touches", "Where balls touch the liner, a row for each touch.")
+      .def_ro("ball", &TouchRows::ball, nb::rv_policy::automatic, "(m,) int, row of the centre.")
+      .def_ro("face", &TouchRows::face, nb::rv_policy::automatic,
+              "(m,) int: 0 groove, 1 leading face, 2 top, 3 trailing face.")
+      .def_ro("sector", &TouchRows::sector, nb::rv_policy::automatic,
+              "(m,) int, index of the groove, or of the lifter.")
+      .def_ro("overlap", &TouchRows::overlap, nb::rv_policy::automatic, "(m,) float, > 0 [m].")
+      .def_ro("normal", &TouchRows::normal, nb::rv_policy::automatic,
+              "(m, 2) float, unit vectors from the liner to the centre.");
+}
+
 void bind_dimensions(nb::class_<Liner>& c)
 {
   c.def_prop_ro("radius", &Liner::radius, "R, at the groove arcs [m].")
@@ -152,6 +197,7 @@ void bind_dimensions(nb::class_<Liner>& c)
 void millscale::python::bind_liner(nb::module_& m)
 {
   bind_nearest(m);
+  bind_touches(m);
   nb::class_<Liner> c(m, "Liner",
                       "Validated cross-section of the mill's liner. Groove k is centred at polar "
                       "angle 2 pi k / n + phase, lifter k half a pitch before it.");
@@ -203,6 +249,11 @@ void millscale::python::bind_liner(nb::module_& m)
           },
           "x"_a, "z"_a, "Nearest point of the liner to a point [m], as Nearest.")
       .def("nearest", &nearest_points, "points"_a, "The same for (n, 2) points, as NearestPoints.")
+      .def("touches", &touch_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
+           "Touches of balls of a radius [m] at centres (n, 2) of the cavity [m]: one with each "
+           "groove or lifter side a centre projects onto, or the nearest point of an edge. "
+           "Grooves are exact arcs, or with a chord_error [m] the chords of `polygon`, of which "
+           "the nearest counts.")
       .def(
           "groove_box",
           [](const Liner& l) {

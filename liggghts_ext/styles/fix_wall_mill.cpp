@@ -20,19 +20,21 @@ using millscale::Vector;
 
 namespace {
 
-constexpr int slots = 4;      // groove, two sides, top
+constexpr int slots = 5;      // groove, two lifters, two ends
 constexpr int slot_size = 4;  // key, tangential displacement
 constexpr int memory_size = slots * slot_size;
 
-/// Names a surface of the liner, so that a touch finds its memory again; 0 is no touch.
+/// Names a surface, so that a touch finds its memory again; 0 is no touch. A lifter's faces, edges
+/// and top are one surface: a ball touches it at one point, which moves around the edges.
 double key_of(const liner::Touch& touch)
 {
-  return 1.0 + static_cast<int>(touch.face) + 4.0 * touch.sector;
+  return (touch.face == liner::Face::groove ? 1.0 : 2.0) + 2.0 * touch.sector;
 }
+constexpr double lower_end = -1.0, upper_end = -2.0;
 
 bool is_groove(double key)
 {
-  return std::fmod(key - 1.0, 4.0) == static_cast<int>(liner::Face::groove);
+  return key > 0.0 && std::fmod(key, 2.0) == 1.0;
 }
 
 Vector memory_of(double key, const double* row)
@@ -61,33 +63,44 @@ FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
 void FixWallMill::parse(int narg, char** arg)
 {
   millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "type")
-      wall_type_ = list.count(key);
-    else if (key == "lifters")
-      widths_.lifters = list.count(key);
-    else if (key == "lifter_top_radius")
-      widths_.lifter_top_radius = list.number(key);
-    else if (key == "lifter_top_width")
-      widths_.lifter_top_width = list.number(key);
-    else if (key == "groove_width")
-      widths_.groove_width = list.number(key);
-    else if (key == "phase")
-      widths_.phase = list.number(key);
-    else if (key == "rolling_friction")
-      rolling_ = list.choice(key, "cdt", "off");
-    else
-      throw std::invalid_argument("unknown keyword '" + key +
-                                  "'; accepted are mill, type, lifters, lifter_top_radius, "
-                                  "lifter_top_width, groove_width, phase, rolling_friction");
-  }
+  while (!list.done()) parse_keyword(list.word("a keyword"), list);
   if (wall_type_ < 1 || wall_type_ > atom->ntypes)
     throw std::invalid_argument("type: the wall's atom type must be 1 to " +
                                 std::to_string(atom->ntypes) + ", got " +
                                 std::to_string(wall_type_));
+}
+
+void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList& list)
+{
+  if (key == "mill")
+    mill_id_ = list.word(key);
+  else if (key == "type")
+    wall_type_ = list.count(key);
+  else if (key == "lifters")
+    widths_.lifters = list.count(key);
+  else if (key == "lifter_top_radius")
+    widths_.lifter_top_radius = list.number(key);
+  else if (key == "lifter_top_width")
+    widths_.lifter_top_width = list.number(key);
+  else if (key == "groove_width")
+    widths_.groove_width = list.number(key);
+  else if (key == "phase")
+    widths_.phase = list.number(key);
+  else if (key == "groove")
+    chord_error_ = list.choice(key, "polygon", "arc") ? list.positive("groove polygon") : 0.0;
+  else if (key == "ends") {
+    const double low = list.number("ends, lower"), high = list.number("ends, upper");
+    ends_ = liner::EndWalls{low, high};
+    ends_->check();
+  } else if (key == "end_motion")
+    ends_turn_ = list.choice(key, "mill", "rest");
+  else if (key == "rolling_friction")
+    rolling_ = list.choice(key, "cdt", "off");
+  else
+    throw std::invalid_argument("unknown keyword '" + key +
+                                "'; accepted are mill, type, lifters, lifter_top_radius, "
+                                "lifter_top_width, groove_width, phase, groove, ends, end_motion, "
+                                "rolling_friction");
 }
 
 void FixWallMill::make_liner()
@@ -97,6 +110,8 @@ void FixWallMill::make_liner()
     throw std::invalid_argument("mill: '" + mill_id_ + "' is not the id of a fix mill/similarity");
   widths_.radius = mill_fix_->scaled().mill.radius;
   liner_ = std::make_unique<liner::Liner>(widths_);
+  chords_ = chord_error_ > 0.0 ? liner::wall_chords(*liner_, chord_error_) : liner::GrooveChords{};
+  clear_radius_ = liner::clear_radius(*liner_, chords_);
 }
 
 int FixWallMill::setmask()
@@ -108,23 +123,12 @@ void FixWallMill::init()
 {
   try {
     make_liner();
+    check_box();
     check_balls_fit();
     read_materials();
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
-}
-
-void FixWallMill::check_balls_fit()
-{
-  double largest = 0.0;
-  for (int i = 0; i < atom->nlocal; ++i) largest = std::max(largest, atom->radius[i]);
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
-  const double widest = 0.5 * (liner_->lifters() > 0 ? liner_->groove_width() : liner_->radius());
-  if (largest >= widest)
-    throw std::invalid_argument("balls of radius " + millscale::format(largest) +
-                                " m do not fit: the groove of the liner takes less than " +
-                                millscale::format(widest) + " m");
 }
 
 void FixWallMill::read_materials()
@@ -160,6 +164,11 @@ void FixWallMill::read_materials()
 
 void FixWallMill::setup(int)
 {
+  try {
+    check_balls_are_inside();
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
   evaluate(0.0);
 }
 
@@ -189,56 +198,101 @@ void FixWallMill::evaluate(double dt)
     if (atom->mask[i] & groupbit) evaluate_ball(i, mill, dt);
 }
 
+/// Where a ball touches liner and ends, no more contacts than slots.
+struct FixWallMill::Contacts {
+  int count = 0;
+  Contact contact[slots];
+
+  void add(const Contact& c) { contact[count++] = c; }
+};
+
+/// In the section of the mill at rest: x = -ahead, z = -below, turned back by the mill's angle.
+liner::Point FixWallMill::at_rest(const MillNow& mill, const Vector& arm) const
+{
+  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
+  return {-(ahead * mill.cosine - below * mill.sine), -(below * mill.cosine + ahead * mill.sine)};
+}
+
 void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
 {
   Vector arm;
   for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
-  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
   const double radius = atom->radius[i];
-  const double reach =
-      (widths_.lifters > 0 ? liner_->lifter_top_radius() : liner_->radius()) - radius;
+  Contacts found;
+  touch_liner(mill, arm, radius, found);
+  if (ends_) touch_ends(mill, millscale::dot(arm, mill.axis), radius, found);
+
   double* memory = row(i);
-  if (reach > 0.0 && below * below + ahead * ahead < reach * reach) {
+  if (found.count == 0) {
     for (int s = 0; s < slots; ++s) memory[s * slot_size] = 0.0;
     return;
   }
-  // Into the frame of the mill at rest: x = -ahead, z = -below, turned back by the mill's angle.
-  const liner::Point at_rest{-(ahead * mill.cosine - below * mill.sine),
-                             -(below * mill.cosine + ahead * mill.sine)};
-  const liner::Touches found = liner::touches(*liner_, at_rest, radius);
-
   double next[memory_size] = {};
+  for (int c = 0; c < found.count; ++c) {
+    const double key = found.contact[c].key;
+    Vector displacement = memory_of(key, memory);
+    press(i, mill, arm, found.contact[c], dt, displacement);
+    next[c * slot_size] = key;
+    std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
+  }
+  std::copy(next, next + memory_size, memory);
+}
+
+void FixWallMill::touch_liner(const MillNow& mill, const Vector& arm, double radius,
+                              Contacts& found) const
+{
+  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
+  const double reach = clear_radius_ - radius;
+  if (reach > 0.0 && below * below + ahead * ahead < reach * reach) return;
+  const liner::Touches touches = liner::touches(*liner_, at_rest(mill, arm), radius, chords_);
+  for (int t = 0; t < touches.count; ++t) {
+    const liner::Touch& touch = touches.touch[t];
+    const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
+    const double n_below = touch.normal.x * mill.sine - touch.normal.z * mill.cosine;
+    Contact contact{touch.overlap, {}, key_of(touch), true};
+    for (int d = 0; d < 3; ++d)
+      contact.normal[d] = n_ahead * mill.across[d] + n_below * mill.down[d];
+    found.add(contact);
+  }
+}
+
+void FixWallMill::touch_ends(const MillNow& mill, double along, double radius,
+                             Contacts& found) const
+{
+  const auto touch = [&](double overlap, double direction, double key) {
+    if (!(overlap > 0.0)) return;
+    Contact contact{overlap, {}, key, ends_turn_};
+    for (int d = 0; d < 3; ++d) contact.normal[d] = direction * mill.axis[d];
+    found.add(contact);
+  };
+  touch(ends_->lower_overlap(along, radius), 1.0, lower_end);
+  touch(ends_->upper_overlap(along, radius), -1.0, upper_end);
+}
+
+void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,
+                        double dt, Vector& displacement)
+{
+  const double radius = atom->radius[i];
   const BallOnWall& law = of_type_[atom->type[i] - 1];
   const contact::Pair pair{radius, atom->rmass[i], law.youngs_modulus, law.shear_modulus,
                            law.damping};
-  for (int t = 0; t < found.count; ++t) {
-    const liner::Touch& touch = found.touch[t];
-    const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
-    const double n_below = touch.normal.x * mill.sine - touch.normal.z * mill.cosine;
-    contact::WallTouch wall{radius, touch.overlap, {}, {}, {}};
-    Vector lever;
-    for (int d = 0; d < 3; ++d) {
-      wall.normal[d] = n_ahead * mill.across[d] + n_below * mill.down[d];
-      wall.spin[d] = atom->omega[i][d];
-      lever[d] = arm[d] - (radius - touch.overlap) * wall.normal[d];
-    }
-    const Vector wall_velocity = millscale::cross(mill.omega, lever);
-    for (int d = 0; d < 3; ++d) wall.velocity[d] = atom->v[i][d] - wall_velocity[d];
-
-    Vector displacement = memory_of(key_of(touch), memory);
-    const contact::ForceAndTorque on_ball =
-        contact::wall_force(pair, law.friction, wall, dt, displacement);
-    const Vector moment = millscale::cross(lever, on_ball.force);
-    for (int d = 0; d < 3; ++d) {
-      atom->f[i][d] += on_ball.force[d];
-      atom->torque[i][d] += on_ball.torque[d];
-      on_wall_[d] -= on_ball.force[d];
-      on_wall_[3 + d] -= moment[d];
-      next[t * slot_size + 1 + d] = displacement[d];
-    }
-    next[t * slot_size] = key_of(touch);
+  contact::WallTouch touch{radius, contact.overlap, contact.normal, {}, {}};
+  Vector lever;
+  for (int d = 0; d < 3; ++d) lever[d] = arm[d] - (radius - contact.overlap) * contact.normal[d];
+  const Vector wall_velocity = contact.turns ? millscale::cross(mill.omega, lever) : Vector{};
+  for (int d = 0; d < 3; ++d) {
+    touch.velocity[d] = atom->v[i][d] - wall_velocity[d];
+    touch.spin[d] = atom->omega[i][d];
   }
-  std::copy(next, next + memory_size, memory);
+  const contact::ForceAndTorque on_ball =
+      contact::wall_force(pair, law.friction, touch, dt, displacement);
+  const Vector moment = millscale::cross(lever, on_ball.force);
+  for (int d = 0; d < 3; ++d) {
+    atom->f[i][d] += on_ball.force[d];
+    atom->torque[i][d] += on_ball.torque[d];
+    on_wall_[d] -= on_ball.force[d];
+    on_wall_[3 + d] -= moment[d];
+  }
 }
 
 void FixWallMill::contacts(int i, bool& wall, bool& on_liner) const

@@ -8,19 +8,25 @@ FixStyle(wall / mill, FixWallMill)
 #define LMP_FIX_WALL_MILL_H
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "contact/wall_force.h"
 #include "fix_per_ball_rows.h"
+#include "liner/end_walls.h"
 #include "liner/touches.h"
+
+namespace millscale {
+class ArgumentList;
+}
 
 namespace LAMMPS_NS {
 
 class FixMillSimilarity;
 
-/// The rotating lifter-liner as an analytic wall with exact arcs: no mesh, no wall neighbour list,
-/// no collective. Arguments and f_ID[k]: docs/styles.md.
+/// The rotating lifter-liner as an analytic wall, with exact arcs or the mesh's polygon, and flat
+/// ends: no mesh, no wall neighbour list, no collective. Arguments and f_ID[k]: docs/styles.md.
 class FixWallMill : public FixPerBallRows {
  public:
   FixWallMill(class LAMMPS*, int, char**);
@@ -45,24 +51,45 @@ class FixWallMill : public FixPerBallRows {
     double cosine, sine;
   };
 
+  /// One contact of a ball, before the law is applied.
+  struct Contact {
+    double overlap;
+    millscale::Vector normal;
+    double key;  ///< of the surface, never 0
+    bool turns;  ///< the surface moves with the mill
+  };
+  struct Contacts;
+
   void parse(int narg, char** arg);
+  void parse_keyword(const std::string& key, millscale::ArgumentList& list);
   void make_liner();
-  void check_balls_fit();
+  void check_box() const;
+  void check_balls_fit() const;
+  void check_balls_are_inside() const;
   void read_materials();
   MillNow mill_now() const;
+  millscale::liner::Point at_rest(const MillNow& mill, const millscale::Vector& arm) const;
   void evaluate(double dt);
   void evaluate_ball(int i, const MillNow& mill, double dt);
+  void touch_liner(const MillNow& mill, const millscale::Vector& arm, double radius,
+                   Contacts& found) const;
+  void touch_ends(const MillNow& mill, double along, double radius, Contacts& found) const;
+  void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
+             double dt, millscale::Vector& displacement);
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
   millscale::liner::Widths widths_;
   std::unique_ptr<millscale::liner::Liner> liner_;
+  double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
+  millscale::liner::GrooveChords chords_;
+  double clear_radius_ = 0.0;  ///< of liner_ with chords_ [m]
+  std::optional<millscale::liner::EndWalls> ends_;
+  bool ends_turn_ = true;
   int wall_type_ = 0;
   bool rolling_ = true;
   std::vector<BallOnWall> of_type_;
-  double on_wall_[6] = {};  ///< force and torque on the wall, this rank
-  double** memory_ =
-      nullptr;  ///< (n, slots * slot_size): key and tangential displacement of each touch
+  double on_wall_[6] = {};  ///< force and torque on liner and ends, this rank
 };
 
 }  // namespace LAMMPS_NS

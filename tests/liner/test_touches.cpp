@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "liner/end_walls.h"
 #include "liner/nearest.h"
 #include "liner/touches.h"
 #include "paper_liners.h"
@@ -10,6 +11,7 @@
 namespace {
 
 using namespace millscale::liner;
+namespace test = millscale::test;
 
 const Liner paper_mill{Widths{3.9, 3.61, 0.25, 0.635, 25, 0.0}};
 constexpr double ball_radius = 0.02;
@@ -125,6 +127,90 @@ TEST(Touches, OfAPlainDrumIsTheCircle)
   ASSERT_EQ(found.count, 1);
   EXPECT_NEAR(found.touch[0].overlap, 0.01, 1e-15);
   EXPECT_EQ(touches(drum, at(1.47, 2.0), ball_radius).count, 0);
+}
+
+TEST(Touches, OfAnyNumberOfLiftersAreTheNearestPoint)
+{
+  std::mt19937 random(7);
+  for (const Liner& liner : test::various_liners()) {
+    const double radius = 0.02 * liner.radius();
+    const double inner = liner.lifters() > 0 ? liner.lifter_top_radius() : liner.radius();
+    std::uniform_real_distribution<double> psi(-pi, pi), from(inner - radius, liner.radius());
+    int touching = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      const Point p = at(from(random), psi(random));
+      const Nearest exact = nearest(liner, p);
+      if (exact.distance < 0.0) continue;
+      const Touches found = touches(liner, p, radius);
+      EXPECT_LE(found.count, 2);
+      touching += found.count > 0;
+      EXPECT_NEAR(std::max(deepest(found), 0.0), std::max(radius - exact.distance, 0.0),
+                  1e-10 * radius);
+    }
+    EXPECT_GT(touching, 1'000);
+  }
+}
+
+TEST(TouchesOfChords, AreOneOverAJointAndGoOnFromChordToChord)
+{
+  const GrooveChords chords = wall_chords(paper_mill, 1e-3);
+  ASSERT_GT(chords.count, 2);
+  // Along the groove at one distance from the axis, over all its joints.
+  const double distance = 3.9 - 0.8 * ball_radius, last = 0.9 * paper_mill.groove_half_angle();
+  const double step = 1e-4;
+  double before = -1.0;
+  for (double psi = -last; psi <= last; psi += step) {
+    const Touches found = touches(paper_mill, at(distance, psi), ball_radius, chords);
+    ASSERT_EQ(found.count, 1);
+    EXPECT_EQ(found.touch[0].face, Face::groove);
+    const double overlap = found.touch[0].overlap;
+    // The distance to a chord changes by the sine of at most half its angle.
+    if (before >= 0.0) {
+      EXPECT_LE(std::abs(overlap - before), distance * step * std::sin(chords.half_angle));
+    }
+    before = overlap;
+  }
+}
+
+TEST(TouchesOfChords, ComeToThoseOfTheArcAsTheErrorOfTheChord)
+{
+  const Point p = at(3.9 - 0.5 * ball_radius, 0.01);
+  const double exact = deepest(touches(paper_mill, p, ball_radius));
+  for (double error : {1e-3, 1e-4, 1e-5, 1e-6}) {
+    const GrooveChords chords = wall_chords(paper_mill, error);
+    EXPECT_LE(std::abs(deepest(touches(paper_mill, p, ball_radius, chords)) - exact), error);
+  }
+}
+
+TEST(TouchesOfChords, AreFoundWhereAChordIsNearerToTheAxisThanTheLiftersTops)
+{
+  const Liner low(Slopes{1.0, 0.95, 0.1, 0.2, 3, 0.0});
+  const GrooveChords chord{1, low.groove_half_angle(), std::cos(low.groove_half_angle())};
+  ASSERT_LT(chord.inner_radius, low.lifter_top_radius() - 0.02);
+  EXPECT_DOUBLE_EQ(clear_radius(low, chord), chord.inner_radius);
+  const Touches found = touches(low, at(chord.inner_radius - 0.01, 0.0), 0.02, chord);
+  ASSERT_EQ(found.count, 1);
+  EXPECT_NEAR(found.touch[0].overlap, 0.01, 1e-15);
+}
+
+TEST(TouchesOfChords, RefuseFoldsLikeCorners)
+{
+  const Liner drum{Widths{1.0, 0.0, 0.0, 0.0, 0, 0.0}};
+  EXPECT_NO_THROW(wall_chords(drum, 0.10));
+  EXPECT_THROW(wall_chords(drum, 0.14), std::invalid_argument);
+  EXPECT_THROW(wall_chords(drum, 0.0), std::invalid_argument);
+}
+
+TEST(EndWalls, AreHalfSpaces)
+{
+  const EndWalls ends{-0.1, 0.3};
+  EXPECT_NO_THROW(ends.check());
+  EXPECT_NEAR(ends.lower_overlap(-0.085, 0.02), 0.005, 1e-15);
+  EXPECT_NEAR(ends.upper_overlap(0.285, 0.02), 0.005, 1e-15);
+  EXPECT_NEAR(ends.upper_overlap(0.31, 0.02), 0.03, 1e-15);
+  EXPECT_LT(ends.lower_overlap(0.0, 0.02), 0.0);
+  EXPECT_THROW((EndWalls{0.3, 0.3}.check()), std::invalid_argument);
+  EXPECT_THROW((EndWalls{0.3, std::nan("")}.check()), std::invalid_argument);
 }
 
 }  // namespace
