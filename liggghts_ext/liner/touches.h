@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "liner/nearest.h"
 #include "liner/polygon.h"
@@ -47,114 +49,145 @@ struct Touches {
   void add(const Touch& t) { touch[static_cast<std::size_t>(count++)] = t; }
 };
 
-namespace detail {
-
-/// A point in polar coordinates about the axis, its angle from the centre of its groove [m, rad].
-struct InGroove {
-  int groove;
-  double distance, angle;
-};
-
-inline void touch_arc(const Liner& liner, InGroove at, Point p, double ball_radius, Touches& found)
-{
-  const double overlap = at.distance - (liner.radius() - ball_radius);
-  if (overlap > 0.0 && (liner.lifters() == 0 || std::abs(at.angle) <= liner.groove_half_angle()))
-    found.add({overlap, Face::groove, at.groove, {-p.x / at.distance, -p.z / at.distance}});
-}
-
-/// The nearest chord of the groove, where the centre projects onto it. The nearest one is that of
-/// the centre's angle, since all middles have the same distance from the axis.
-inline void touch_chord(const Liner& liner, const GrooveChords& chords, InGroove at,
-                        double ball_radius, Touches& found)
-{
-  const double chord_angle = 2.0 * chords.half_angle;
-  const double place = (at.angle + liner.groove_half_angle()) / chord_angle;
-  const int chord = std::clamp(static_cast<int>(std::floor(place)), 0, chords.count - 1);
-  const double middle = (chord + 0.5) * chord_angle - liner.groove_half_angle();
-  const double beside = at.distance * std::sin(at.angle - middle);
-  const double overlap =
-      ball_radius - (chords.inner_radius - at.distance * std::cos(at.angle - middle));
-  if (!(overlap > 0.0) || std::abs(beside) > liner.radius() * std::sin(chords.half_angle)) return;
-  const Frame frame(liner.groove_angle(at.groove) + middle);
-  found.add({overlap, Face::groove, at.groove, frame.point({-1.0, 0.0})});
-}
-
-/// The side of one lifter, in the frame of its centre line with the tangential axis towards the
-/// groove: a touch of the face where the ball's centre projects onto it, or of the convex edge at
-/// its top, or none. `edge` tells which.
-struct SideTouch {
-  double distance = 0.0;
-  Local normal{0.0, 0.0};
-  bool near = false;
-};
-
-inline SideTouch touch_of_side(const Liner& liner, Local p, double ball_radius)
-{
-  const Local corner = liner.corner(), foot = liner.foot();
-  const double r = foot.radial - corner.radial, t = foot.tangential - corner.tangential;
-  const double share =
-      ((p.radial - corner.radial) * r + (p.tangential - corner.tangential) * t) / (r * r + t * t);
-  SideTouch side;
-  if (share > 1.0) return side;  // beyond the foot: the groove's arc has the contact
-  if (share >= 0.0) {
-    const double along = std::cos(liner.face_angle()), across = std::sin(liner.face_angle());
-    side.normal = {-across, along};
-    side.distance =
-        (p.tangential - corner.tangential) * along - (p.radial - corner.radial) * across;
-  } else {
-    const Local gap{p.radial - corner.radial, p.tangential - corner.tangential};
-    if (gap.tangential <= 0.0) return side;  // above the flat: the top has the contact
-    side.distance = std::hypot(gap.radial, gap.tangential);
-    side.normal = {gap.radial / side.distance, gap.tangential / side.distance};
+/// Finds the touches of many balls with one liner, with exact arcs or the given chords: what does
+/// not depend on the ball is worked out once.
+class TouchFinder {
+ public:
+  explicit TouchFinder(const Liner& liner, const GrooveChords& chords = {})
+      : liner_(liner),
+        chords_(chords),
+        clear_radius_(liner::clear_radius(liner, chords)),
+        cos_half_pitch_(std::cos(0.5 * liner.pitch())),
+        sin_half_pitch_(std::sin(0.5 * liner.pitch())),
+        tan_half_groove_(std::tan(liner.groove_half_angle())),
+        cos_face_(std::cos(liner.face_angle())),
+        sin_face_(std::sin(liner.face_angle()))
+  {
+    for (int k = 0; k < std::max(liner.lifters(), 1); ++k) grooves_.emplace_back(groove_angle(k));
+    if (liner.lifters() == 0) return;
+    const Local foot = liner.foot(), corner = liner.corner();
+    face_ = {foot.radial - corner.radial, foot.tangential - corner.tangential};
+    face_square_ = face_.radial * face_.radial + face_.tangential * face_.tangential;
   }
-  side.near = side.distance < ball_radius;
-  return side;
-}
 
-}  // namespace detail
+  /// Distance from the axis that no part of the liner falls below [m].
+  double clear_radius() const { return clear_radius_; }
 
-/// Where a ball of a radius [m] at a point of the cavity touches the liner, with exact arcs or the
-/// given chords: one contact for each surface the centre projects onto, so two at the concave
-/// corner of groove and face, and the nearest point at a convex edge. The chords of a groove stand
-/// for one smooth arc and are one surface: the nearest counts. Counting each would double the
-/// force, at a jump, over every joint. `p` is in the frame of the mill at rest.
+  /// Where a ball of a radius [m] at a point of the cavity touches: one contact for each surface
+  /// the centre projects onto, so two at the concave corner of groove and face, and the nearest
+  /// point at a convex edge. The chords of a groove stand for one smooth arc and are one surface:
+  /// the nearest counts. Counting each would double the force, at a jump, over every joint. `p` is
+  /// in the frame of the mill at rest.
+  Touches touches(Point p, double ball_radius) const
+  {
+    Touches found;
+    const double square = p.x * p.x + p.z * p.z, reach = clear_radius_ - ball_radius;
+    if (reach > 0.0 && square < reach * reach) return found;
+    const int groove = groove_of(p);
+    const Local at = grooves_[groove].local(p);
+    touch_groove(groove, at, p, std::sqrt(square), ball_radius, found);
+    if (liner_.lifters() == 0) return found;
+    touch_lifter(groove, 1.0, at, ball_radius, found);
+    touch_lifter(groove, -1.0, at, ball_radius, found);
+    return found;
+  }
+
+ private:
+  double groove_angle(int k) const { return liner_.groove_angle(k); }
+
+  /// Groove a point lies in. Single precision will do: on the centre line of a lifter, where it
+  /// might take the next one, both give the same touches.
+  int groove_of(Point p) const
+  {
+    const int n = liner_.lifters();
+    if (n == 0) return 0;
+    const float angle = std::atan2(static_cast<float>(-p.x), static_cast<float>(-p.z));
+    const double turns = (angle - liner_.phase()) / liner_.pitch();
+    return detail::wrapped(static_cast<int>(std::lround(std::fmod(turns, n))), n);
+  }
+
+  void touch_groove(int groove, Local at, Point p, double distance, double ball_radius,
+                    Touches& found) const
+  {
+    if (chords_.count > 0) {
+      touch_chord(groove, at, ball_radius, found);
+      return;
+    }
+    const double overlap = distance - (liner_.radius() - ball_radius);
+    const bool in_arc =
+        liner_.lifters() == 0 || std::abs(at.tangential) <= tan_half_groove_ * at.radial;
+    if (overlap > 0.0 && in_arc)
+      found.add({overlap, Face::groove, groove, {-p.x / distance, -p.z / distance}});
+  }
+
+  /// The nearest chord of the groove, where the centre projects onto it. The nearest one is that of
+  /// the centre's angle, since all middles have the same distance from the axis.
+  void touch_chord(int groove, Local at, double ball_radius, Touches& found) const
+  {
+    const double half_groove = liner_.groove_half_angle(), chord_angle = 2.0 * chords_.half_angle;
+    const double angle = std::atan2(at.tangential, at.radial);
+    const double distance = std::hypot(at.radial, at.tangential);
+    const int chord = std::clamp(static_cast<int>(std::floor((angle + half_groove) / chord_angle)),
+                                 0, chords_.count - 1);
+    const double middle = (chord + 0.5) * chord_angle - half_groove;
+    const double beside = distance * std::sin(angle - middle);
+    const double overlap =
+        ball_radius - (chords_.inner_radius - distance * std::cos(angle - middle));
+    if (!(overlap > 0.0) || std::abs(beside) > liner_.radius() * std::sin(chords_.half_angle))
+      return;
+    const Frame frame(liner_.groove_angle(groove) + middle);
+    found.add({overlap, Face::groove, groove, frame.point({-1.0, 0.0})});
+  }
+
+  /// The lifter behind the groove (mirror = 1) or ahead of it (-1): its face where the centre
+  /// projects onto it, the convex edge at its top, or the top. Works in the frame of the lifter's
+  /// centre line with the tangential axis towards the groove.
+  void touch_lifter(int groove, double mirror, Local at, double ball_radius, Touches& found) const
+  {
+    const double t = mirror * at.tangential;
+    const Local p{at.radial * cos_half_pitch_ - t * sin_half_pitch_,
+                  at.radial * sin_half_pitch_ + t * cos_half_pitch_};
+    const Local corner = liner_.corner();
+    const Local gap{p.radial - corner.radial, p.tangential - corner.tangential};
+    const double along = gap.radial * face_.radial + gap.tangential * face_.tangential;
+    const int lifter =
+        detail::wrapped(mirror > 0.0 ? groove : groove + 1, static_cast<int>(grooves_.size()));
+    const auto add = [&](double overlap, Face face, Local normal) {
+      const double radial = normal.radial * cos_half_pitch_ + normal.tangential * sin_half_pitch_;
+      const double across = normal.tangential * cos_half_pitch_ - normal.radial * sin_half_pitch_;
+      found.add({overlap, face, lifter, grooves_[groove].point({radial, mirror * across})});
+    };
+    const Face side = mirror > 0.0 ? Face::leading : Face::trailing;
+    const bool on_face = along >= 0.0 && along <= face_square_;
+    if (on_face) {
+      const double distance = gap.tangential * cos_face_ - gap.radial * sin_face_;
+      if (distance < ball_radius) {
+        add(ball_radius - distance, side, {-sin_face_, cos_face_});
+        return;
+      }
+    } else if (along < 0.0 && gap.tangential > 0.0) {
+      const double distance = std::hypot(gap.radial, gap.tangential);
+      if (distance < ball_radius) {
+        add(ball_radius - distance, side, {gap.radial / distance, gap.tangential / distance});
+        return;
+      }
+    }
+    if (gap.tangential <= 0.0 && gap.radial > -ball_radius)
+      add(ball_radius + gap.radial, Face::top, {-1.0, 0.0});
+  }
+
+  Liner liner_;
+  GrooveChords chords_;
+  double clear_radius_, cos_half_pitch_, sin_half_pitch_, tan_half_groove_, cos_face_, sin_face_;
+  std::vector<Frame> grooves_;  ///< of the centres of the grooves
+  Local face_{0.0, 0.0};        ///< from corner to foot
+  double face_square_ = 0.0;
+};
+
 inline Touches touches(const Liner& liner, Point p, double ball_radius,
                        const GrooveChords& chords = {})
 {
-  Touches found;
-  const double distance = length(p);
-  if (distance < clear_radius(liner, chords) - ball_radius) return found;
-
-  const int n = std::max(liner.lifters(), 1);
-  const double turns = (polar_angle(p) - liner.phase()) / liner.pitch();
-  const int groove = detail::wrapped(static_cast<int>(std::lround(turns)), n);
-  const detail::InGroove at{groove, distance, std::remainder(turns, 1.0) * liner.pitch()};
-  if (chords.count > 0)
-    detail::touch_chord(liner, chords, at, ball_radius, found);
-  else
-    detail::touch_arc(liner, at, p, ball_radius, found);
-  if (liner.lifters() == 0) return found;
-
-  for (const int side : {0, 1}) {  // the lifter behind the groove's centre, and the one ahead
-    const int lifter = detail::wrapped(groove + side, n);
-    const Frame frame(liner.lifter_angle(groove + side));
-    Local local = frame.local(p);
-    const double mirror = side == 0 ? 1.0 : -1.0;
-    local.tangential *= mirror;
-    const detail::SideTouch touch = detail::touch_of_side(liner, local, ball_radius);
-    const auto in_section = [&](Local normal) {
-      const Point origin = frame.point({0.0, 0.0});
-      return frame.point({normal.radial, mirror * normal.tangential}) - origin;
-    };
-    if (touch.near)
-      found.add({ball_radius - touch.distance, side == 0 ? Face::leading : Face::trailing, lifter,
-                 in_section(touch.normal)});
-    else if (local.tangential <= liner.corner().tangential &&
-             local.radial > liner.lifter_top_radius() - ball_radius)
-      found.add({ball_radius - (liner.lifter_top_radius() - local.radial), Face::top, lifter,
-                 in_section({-1.0, 0.0})});
-  }
-  return found;
+  return TouchFinder(liner, chords).touches(p, ball_radius);
 }
 
 }  // namespace millscale::liner

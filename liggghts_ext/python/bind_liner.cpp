@@ -99,11 +99,12 @@ struct TouchRows {
 TouchRows touch_rows(const Liner& liner, const Points& centres, double ball_radius,
                      std::optional<double> chord_error)
 {
-  const GrooveChords chords = chord_error ? wall_chords(liner, *chord_error) : GrooveChords{};
+  const TouchFinder finder(liner,
+                           chord_error ? wall_chords(liner, *chord_error) : GrooveChords{});
   std::vector<std::int64_t> ball;
   std::vector<Touch> found;
   for (std::size_t i = 0; i < centres.shape(0); ++i) {
-    const Touches here = touches(liner, row(centres, i), ball_radius, chords);
+    const Touches here = finder.touches(row(centres, i), ball_radius);
     for (int t = 0; t < here.count; ++t) {
       ball.push_back(static_cast<std::int64_t>(i));
       found.push_back(here.touch[static_cast<std::size_t>(t)]);

@@ -6,10 +6,11 @@
 
 #include "argument_list.h"
 #include "atom.h"
+#include "contact_laws.h"
 #include "error.h"
 #include "fix_mill_similarity.h"
-#include "fix_property_global.h"
 #include "modify.h"
+#include "neighbor.h"
 #include "update.h"
 
 using namespace LAMMPS_NS;
@@ -36,6 +37,9 @@ bool is_groove(double key)
 {
   return key > 0.0 && std::fmod(key, 2.0) == 1.0;
 }
+
+/// Bits of what a ball touches.
+constexpr signed char on_groove = 1, on_wall = 2;
 
 Vector memory_of(double key, const double* row)
 {
@@ -111,7 +115,7 @@ void FixWallMill::make_liner()
   widths_.radius = mill_fix_->scaled().mill.radius;
   liner_ = std::make_unique<liner::Liner>(widths_);
   chords_ = chord_error_ > 0.0 ? liner::wall_chords(*liner_, chord_error_) : liner::GrooveChords{};
-  clear_radius_ = liner::clear_radius(*liner_, chords_);
+  touches_of_ = std::make_unique<liner::TouchFinder>(*liner_, chords_);
 }
 
 int FixWallMill::setmask()
@@ -133,33 +137,13 @@ void FixWallMill::init()
 
 void FixWallMill::read_materials()
 {
-  const int types = atom->ntypes;
-  const auto of_type = [&](const char* name) {
-    return static_cast<FixPropertyGlobal*>(
-        modify->find_fix_property(name, "property/global", "peratomtype", types, 0, style));
-  };
-  const auto of_pair = [&](const char* name) {
-    auto* fix = static_cast<FixPropertyGlobal*>(
-        modify->find_fix_property(name, "property/global", "peratomtypepair", types, types, style));
-    return [fix, this](int type) { return fix->compute_array(type, wall_type_ - 1); };
-  };
-  FixPropertyGlobal *modulus = of_type("youngsModulus"), *poisson = of_type("poissonsRatio");
-  const auto restitution = of_pair("coefficientRestitution"),
-             sliding = of_pair("coefficientFriction");
-  std::vector<double> rolling(types, 0.0);
-  if (rolling_) {
-    const auto value = of_pair("coefficientRollingFriction");
-    for (int t = 0; t < types; ++t) rolling[t] = value(t);
-  }
-  const auto material = [&](int t) {
-    return contact::Material{modulus->compute_vector(t), poisson->compute_vector(t), 1.0};
-  };
+  const std::vector<TypePair> laws = contact_laws(lmp, style, true, rolling_);
   of_type_.clear();
-  for (int t = 0; t < types; ++t)
-    of_type_.push_back({contact::effective_youngs_modulus(material(t), material(wall_type_ - 1)),
-                        contact::effective_shear_modulus(material(t), material(wall_type_ - 1)),
-                        contact::damping_factor(restitution(t)),
-                        {sliding(t), rolling[t]}});
+  for (int type = 0; type < atom->ntypes; ++type) {
+    const TypePair& law = laws[type * atom->ntypes + wall_type_ - 1];
+    of_type_.push_back(
+        {law.youngs_modulus, law.shear_modulus, law.damping, {law.sliding, law.rolling}});
+  }
 }
 
 void FixWallMill::setup(int)
@@ -194,8 +178,36 @@ void FixWallMill::evaluate(double dt)
 {
   const MillNow mill = mill_now();
   std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
+  find_near(mill);
+  for (const int i : near_) evaluate_ball(i, mill, dt);
+}
+
+/// Lists the balls that may touch and those that did; most balls of a mill do neither.
+void FixWallMill::find_near(const MillNow& mill)
+{
+  if (neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal) count_touching();
+  near_.resize(atom->nlocal);
+  const double low = ends_ ? ends_->low : -INFINITY, high = ends_ ? ends_->high : INFINITY;
+  int near = 0;
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double* x = atom->x[i];
+    const Vector arm{x[0] - mill.origin[0], x[1] - mill.origin[1], x[2] - mill.origin[2]};
+    const double along = millscale::dot(arm, mill.axis), radius = atom->radius[i];
+    const double reach = std::max(0.0, touches_of_->clear_radius() - radius);
+    const bool inside = millscale::dot(arm, arm) - along * along < reach * reach &&
+                        along - radius > low && along + radius < high;
+    near_[near] = i;
+    near += (!inside || touching_[i] > 0) && (atom->mask[i] & groupbit);
+  }
+  near_.resize(near);
+}
+
+void FixWallMill::count_touching()
+{
+  touching_.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; ++i)
-    if (atom->mask[i] & groupbit) evaluate_ball(i, mill, dt);
+    for (int s = 0; s < slots && row(i)[s * slot_size] != 0.0; ++s)
+      touching_[i] |= is_groove(row(i)[s * slot_size]) ? on_groove : on_wall;
 }
 
 /// Where a ball touches liner and ends, no more contacts than slots.
@@ -223,16 +235,16 @@ void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
   if (ends_) touch_ends(mill, millscale::dot(arm, mill.axis), radius, found);
 
   double* memory = row(i);
-  if (found.count == 0) {
-    for (int s = 0; s < slots; ++s) memory[s * slot_size] = 0.0;
-    return;
-  }
+  const bool nothing_before = touching_[i] == 0;
+  touching_[i] = 0;
+  if (found.count == 0 && nothing_before) return;
   double next[memory_size] = {};
   for (int c = 0; c < found.count; ++c) {
     const double key = found.contact[c].key;
     Vector displacement = memory_of(key, memory);
     press(i, mill, arm, found.contact[c], dt, displacement);
     next[c * slot_size] = key;
+    touching_[i] |= is_groove(key) ? on_groove : on_wall;
     std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
   }
   std::copy(next, next + memory_size, memory);
@@ -241,10 +253,7 @@ void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
 void FixWallMill::touch_liner(const MillNow& mill, const Vector& arm, double radius,
                               Contacts& found) const
 {
-  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
-  const double reach = clear_radius_ - radius;
-  if (reach > 0.0 && below * below + ahead * ahead < reach * reach) return;
-  const liner::Touches touches = liner::touches(*liner_, at_rest(mill, arm), radius, chords_);
+  const liner::Touches touches = touches_of_->touches(at_rest(mill, arm), radius);
   for (int t = 0; t < touches.count; ++t) {
     const liner::Touch& touch = touches.touch[t];
     const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
@@ -297,12 +306,8 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
 
 void FixWallMill::contacts(int i, bool& wall, bool& on_liner) const
 {
-  for (int s = 0; s < slots; ++s) {
-    const double key = row(i)[s * slot_size];
-    if (key == 0.0) continue;
-    wall = true;
-    on_liner = on_liner || is_groove(key);
-  }
+  wall = wall || touching_[i] != 0;
+  on_liner = on_liner || (touching_[i] & on_groove);
 }
 
 double FixWallMill::compute_vector(int k)

@@ -70,6 +70,8 @@ class FixWallMill : public FixPerBallRows {
   MillNow mill_now() const;
   millscale::liner::Point at_rest(const MillNow& mill, const millscale::Vector& arm) const;
   void evaluate(double dt);
+  void find_near(const MillNow& mill);
+  void count_touching();
   void evaluate_ball(int i, const MillNow& mill, double dt);
   void touch_liner(const MillNow& mill, const millscale::Vector& arm, double radius,
                    Contacts& found) const;
@@ -83,13 +85,15 @@ class FixWallMill : public FixPerBallRows {
   std::unique_ptr<millscale::liner::Liner> liner_;
   double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
   millscale::liner::GrooveChords chords_;
-  double clear_radius_ = 0.0;  ///< of liner_ with chords_ [m]
+  std::unique_ptr<millscale::liner::TouchFinder> touches_of_;
   std::optional<millscale::liner::EndWalls> ends_;
   bool ends_turn_ = true;
   int wall_type_ = 0;
   bool rolling_ = true;
   std::vector<BallOnWall> of_type_;
-  double on_wall_[6] = {};  ///< force and torque on liner and ends, this rank
+  std::vector<int> near_;              ///< balls that may touch, or did
+  std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
+  double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
 };
 
 }  // namespace LAMMPS_NS

@@ -54,7 +54,7 @@ void FixWallMill::check_balls_fit() const
   if (liner_->lifters() > 0)
     require(0.5 * liner::narrowest_groove_width(*liner_), "the groove of the liner");
   else
-    require(clear_radius_, "the drum");
+    require(touches_of_->clear_radius(), "the drum");
   if (ends_ && 2.0 * largest > ends_->high - ends_->low)
     throw std::invalid_argument("balls of radius " + format(largest) +
                                 " m do not fit between the ends, " +
