@@ -82,7 +82,7 @@ def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: P
         process = subprocess.Popen(
             line,
             cwd=folder,
-            env=_environment(),
+            env=engine_environment(),
             stdin=subprocess.DEVNULL,
             pass_fds=(lock,),
             start_new_session=True,
@@ -100,7 +100,7 @@ def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: P
     return time.monotonic() - begin
 
 
-def _environment() -> dict[str, str]:
+def engine_environment() -> dict[str, str]:
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}

@@ -1,0 +1,1 @@
+"""Timing of the time step: ours against tuned stock LIGGGHTS, on mills in motion."""

@@ -1,0 +1,136 @@
+"""One timed run of a state in one engine."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from mill_bench.state import State
+from mill_campaign.engine_log import error_line, loop_timing
+from mill_campaign.engine_run import engine_environment, find_engine, mpirun_line
+from mill_campaign.errors import CampaignError
+
+DECKS = Path(__file__).parent / "decks"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """An engine and what its deck asks for.
+
+    Attributes:
+        engine: millscale or liggghts.
+        wall: analytic or mesh.
+        pair: fast or stock.
+        skin: of the neighbour list [m].
+    """
+
+    engine: str
+    wall: str
+    pair: str
+    skin: float = 0.015
+
+
+MILLSCALE = Variant("millscale", "analytic", "fast")
+LIGGGHTS = Variant("liggghts", "mesh", "stock")
+ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
+
+
+@dataclass(frozen=True)
+class Phases:
+    """Where the time of a run went, in ns per ball, step and core."""
+
+    total: float
+    pair: float
+    neigh: float
+    comm: float
+    other: float
+
+    @property
+    def outside_pair_and_neigh(self) -> float:
+        return self.total - self.pair - self.neigh
+
+
+def engine_of(variant: Variant) -> Path:
+    """The executable; Debian's own for stock LIGGGHTS."""
+    if variant.engine == "millscale":
+        return find_engine()
+    stock = shutil.which("liggghts")
+    if stock is None:
+        raise CampaignError("liggghts", "", "not found on the PATH", "run scripts/setup")
+    return Path(stock)
+
+
+def time_run(
+    variant: Variant, state: State, ranks: int, warm_steps: int, steps: int, folder: Path
+) -> Phases:
+    """Run a state in an engine and read its own account of the time of the last `steps`.
+
+    Raises:
+        RuntimeError: the engine did not come to the end; says why.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for deck in DECKS.glob("*.in"):
+        shutil.copyfile(deck, folder / deck.name)
+    values = _values(variant, state) | {"warm_steps": warm_steps, "steps": steps}
+    lines = [f"variable {name} string {value}\n" for name, value in values.items()]
+    (folder / "values.in").write_text("".join(lines))
+    line = mpirun_line(engine_of(variant), "bench.in", "log.bench", ranks)
+    done = subprocess.run(
+        line,
+        cwd=folder,
+        env=engine_environment(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
+    text = done.stdout + done.stderr
+    cause = error_line(text)
+    if done.returncode or cause:
+        raise RuntimeError(f"{variant.engine} in {folder}: {cause or done.returncode}")
+    return _phases(text[text.rindex("Loop time of") :])
+
+
+def _phases(text: str) -> Phases:
+    loop = loop_timing(text)
+    each = loop.loop_time * loop.ranks / loop.particle_steps * 1e9
+    share = loop.share
+    return Phases(
+        each,
+        each * share["pair"],
+        each * share["neigh"],
+        each * share["comm"],
+        each * (share["other"] + share["output"]),
+    )
+
+
+def _values(variant: Variant, state: State) -> dict[str, object]:
+    case = state.case
+    mill, material = case["mill"], case["material"]
+    names = ("restitution", "static_friction", "rolling_friction")
+    return {
+        "state": state.data,
+        "liner_file": state.liner,
+        "wall": variant.wall,
+        "pair": variant.pair,
+        "skin": variant.skin,
+        "time_step": case["time"]["step_s"],
+        "youngs_modulus": material["youngs_modulus_pa"],
+        "poisson_ratio": material["poisson_ratio"],
+        **{f"{n}_{p}": material[f"{n}_{p}"] for n in names for p in ("pp", "pw")},
+        "curvature_deg": case["wall"]["curvature_deg"],
+        "turned": mill["phase_rad"] + state.mill_angle,
+        "turned_deg": math.degrees(state.mill_angle),
+        "period": 2.0 * math.pi / mill["omega_rad_s"],
+        "gravity": mill["gravity_m_s2"],
+        "omega": mill["omega_rad_s"],
+        "mill_radius": mill["radius_m"],
+        "ball_radius": case["ball"]["radius_m"],
+        "lifters": mill["lifters"],
+        "lifter_top_radius": mill["lifter_top_radius_m"],
+        "lifter_top_width": mill["lifter_top_width_m"],
+        "groove_width": mill["groove_width_m"],
+    }
