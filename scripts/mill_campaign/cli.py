@@ -183,6 +183,40 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
         typer.echo(f"report: {folder / 'index.html'}")
 
 
+@app.command()
+def bench(
+    scene: Annotated[
+        str,
+        typer.Option(
+            help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks."
+        ),
+    ] = "s2.6",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Shorter runs; ours and tuned stock LIGGGHTS alone.")
+    ] = False,
+    runs: Annotated[
+        Path, typer.Option("--runs", metavar="DIR", help="Where the mills in motion are kept.")
+    ] = Path("runs/bench"),
+    as_json: Json = False,
+) -> None:
+    """Time a step of the turning mill: ours against tuned stock LIGGGHTS, in turns.
+
+    The first call brings the mill into motion and keeps it in DIR: a minute or two for s2.6, half
+    an hour for s1. Nothing else should run meanwhile.
+
+    Example: `millscale bench --scene s2.6 --quick --json`
+    """
+    from mill_bench.command import bench as time_scene
+    from mill_bench.command import table, text
+
+    console = Console(stderr=True) if as_json else _console()
+    result = time_scene(scene, quick, runs, console)
+    if as_json:
+        typer.echo(text(result))
+    else:
+        console.print(table(result))
+
+
 def _console() -> Console:
     """Tables of a pipe or a file are not cut to the width of a terminal that is not there."""
     return Console() if sys.stdout.isatty() else Console(width=_WIDTH)

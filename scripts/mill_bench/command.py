@@ -1,0 +1,80 @@
+"""`millscale bench`: prepares the mill, times the engines, prints and keeps the rows."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from mill_bench.compare import Plan, interleaved, ratio_of_medians, rows
+from mill_bench.engines import ANALYTIC_WALL_ONLY, LIGGGHTS, MILLSCALE
+from mill_bench.record import provenance
+from mill_bench.scenes import SCENES, Scene, prepare
+from mill_campaign.errors import CampaignError
+
+WARM_STEPS = 200
+REPEATS = 3
+
+
+def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
+    """Rows and provenance of one scene.
+
+    Raises:
+        CampaignError: no such scene.
+    """
+    if scene_name not in SCENES:
+        raise CampaignError("millscale bench", "--scene", f"got {scene_name}", ", ".join(SCENES))
+    scene = SCENES[scene_name]
+    state = prepare(scene, runs, console)
+    variants = (MILLSCALE, LIGGGHTS) if quick else (MILLSCALE, ANALYTIC_WALL_ONLY, LIGGGHTS)
+    plan = _plan(scene, quick)
+    timed = interleaved(variants, state, plan, runs / "timed", console.print)
+    result = {
+        "schema": 1,
+        "rows": rows(scene.name, variants, state, plan, timed),
+        "provenance": provenance(),
+    }
+    if not quick:
+        result["multi_ball_wall_speedup"] = _wall_speedup(timed[1], timed[2])
+    return result
+
+
+def _plan(scene: Scene, quick: bool) -> Plan:
+    return Plan(scene.ranks, WARM_STEPS, scene.quick_steps if quick else scene.steps, REPEATS)
+
+
+def _wall_speedup(analytic, mesh) -> dict:
+    """Time outside pair and neighbour list, mesh over analytic wall, both with the stock pair."""
+    of_mesh = [phases.outside_pair_and_neigh for phases in mesh]
+    of_analytic = [phases.outside_pair_and_neigh for phases in analytic]
+    return {
+        "ratio": ratio_of_medians(of_mesh, of_analytic),
+        "mesh_ns": of_mesh,
+        "analytic_ns": of_analytic,
+    }
+
+
+def table(result: dict) -> Table:
+    """The rows for people."""
+    shown = Table(
+        "engine", "wall", "pair", "balls", "ranks", "ns per ball, step, core", "of stock", "split"
+    )
+    for row in result["rows"]:
+        each = row["ns_per_particle_step_core"]
+        shown.add_row(
+            row["engine"],
+            row["wall"],
+            row["pair"],
+            f"{row['balls']:,}",
+            str(row["ranks"]),
+            f"{each['median']:.0f} ({each['min']:.0f} to {each['max']:.0f})",
+            f"{row['ratio_to_liggghts']:.2f} x",
+            ", ".join(f"{name} {ns:.0f}" for name, ns in row["split_ns"].items()),
+        )
+    return shown
+
+
+def text(result: dict) -> str:
+    return json.dumps(result, indent=1, allow_nan=False)

@@ -1,0 +1,103 @@
+"""The mills that are timed, brought into motion once and kept."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from mill_bench.state import STATE_FILE, State, write_data
+from mill_campaign.engine_run import engine_environment, find_engine
+from mill_campaign.errors import CampaignError
+from mill_campaign.machine import CoreWish
+from mill_campaign.run_command import request, run_campaign
+
+MILLS = Path(__file__).parent / "mills.toml"
+_ANGLE = re.compile(r"^ *\d+ +\d+ +\S+ +(\S+)", re.M)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mill of mills.toml.
+
+    Attributes:
+        case: its id.
+        ranks: MPI ranks it is timed on.
+        steps: of one timed run, and of one with --quick.
+    """
+
+    name: str
+    case: str
+    ranks: int
+    steps: int
+    quick_steps: int
+
+
+SCENES = {
+    scene.name: scene
+    for scene in (
+        Scene("s2.6", "mb-cg-paper-S2.600", 1, 4000, 800),
+        Scene("s1", "mb-cg-paper-S1.000", 2, 1000, 200),
+    )
+}
+
+
+def prepare(scene: Scene, folder: Path, console: Console) -> State:
+    """The scene in motion; made when it is not there, which takes minutes (S = 1: ten or more)."""
+    case_folder = folder / "cases" / scene.case
+    kept = case_folder / "state.json"
+    if not kept.exists():
+        asked = request(MILLS, folder, [scene.case], CoreWish())
+        if not run_campaign(asked, console):
+            raise CampaignError(
+                "millscale bench", scene.name, "the mill did not run", f"millscale status {folder}"
+            )
+        _write_state(case_folder)
+    about = json.loads(kept.read_text())
+    case = json.loads((case_folder / "case.json").read_text())
+    return State(
+        case,
+        (case_folder / STATE_FILE).absolute(),
+        (case_folder / "liner.stl").absolute(),
+        about["mill_angle_rad"],
+        about["balls"],
+    )
+
+
+def _write_state(case_folder: Path) -> None:
+    """From the last restart file of the case."""
+    restarts = sorted(case_folder.glob("mill.*.restart"), key=lambda p: p.stat().st_mtime)
+    deck = Path(__file__).parent / "decks" / "state.in"
+    done = subprocess.run(
+        [
+            find_engine(),
+            "-in",
+            deck.absolute(),
+            "-log",
+            "log.state",
+            "-var",
+            "restart",
+            restarts[-1].name,
+        ],
+        cwd=case_folder,
+        env=engine_environment(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
+    angle = _ANGLE.findall(done.stdout)
+    if done.returncode or not angle:
+        raise RuntimeError(f"{deck.name} in {case_folder}: {done.stdout[-500:]}")
+    case = json.loads((case_folder / "case.json").read_text())
+    box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
+    dump = case_folder / "state.dump"
+    balls = write_data(dump, box, case_folder / STATE_FILE)
+    dump.unlink()
+    part = case_folder / "state.json.part"
+    part.write_text(json.dumps({"mill_angle_rad": float(angle[-1]), "balls": balls}) + "\n")
+    part.replace(case_folder / "state.json")
