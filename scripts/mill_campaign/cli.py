@@ -188,7 +188,8 @@ def bench(
     scene: Annotated[
         str,
         typer.Option(
-            help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks."
+            help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
+            "wall: mesh against analytic wall, for one ball and for s2.6."
         ),
     ] = "s2.6",
     quick: Annotated[
