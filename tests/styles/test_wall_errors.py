@@ -86,6 +86,18 @@ WRONG = {
         BALL,
         "a wall takes folds < pi/3 rad, so chord errors < 0.200961894 m",
     ),
+    "no such type": (_with(OPEN, "type 3"), BALL, "the wall's atom type must be 1 to 2, got 3"),
+    "no such mill": (
+        _with(OPEN, "mill nobody"),
+        BALL,
+        "'nobody' is not the id of a fix mill/similarity",
+    ),
+    "no such rolling friction": (
+        _with(OPEN, "rolling_friction epsd"),
+        BALL,
+        "accepted are cdt, off",
+    ),
+    "no such keyword": (_with(OPEN, "width 3"), BALL, "unknown keyword 'width'; accepted are mill"),
     "neither arc nor polygon": (
         _with(OPEN, "groove round"),
         BALL,
