@@ -11,6 +11,7 @@
 #include <string>
 
 #include "compute.h"
+#include "compute_mill_charge.h"
 #include "compute_mill_detach.h"
 #include "fix.h"
 #include "fix_mill_detach_track.h"
@@ -65,6 +66,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
   ComputeMap& computes = *(engine.modify->*compute_map_member());
+  computes["mill/charge"] = &create_compute<LAMMPS_NS::ComputeMillCharge>;
   computes["mill/detach"] = &create_compute<LAMMPS_NS::ComputeMillDetach>;
 }
 
@@ -74,6 +76,8 @@ void list_styles(std::ostream& out)
          "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
          "  fix wall/mill            the turning lifter-liner as an analytic wall with exact arcs\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
+         "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of the "
+         "charge\n"
          "  compute mill/detach      state of each ball, and where and when it left liner and "
          "charge\n"
          "  fix mill/detach/track    per-ball records behind compute mill/detach (made by it)\n"
