@@ -16,6 +16,7 @@
 #include "fix.h"
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
+#include "fix_mill_occupancy.h"
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "lammps.h"
@@ -63,6 +64,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
+  fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
   ComputeMap& computes = *(engine.modify->*compute_map_member());
@@ -76,7 +78,10 @@ void list_styles(std::ostream& out)
          "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
          "  fix wall/mill            the turning lifter-liner as an analytic wall with exact arcs\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
-         "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of the "
+         "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
+         "file\n"
+         "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "
+         "the "
          "charge\n"
          "  compute mill/detach      state of each ball, and where and when it left liner and "
          "charge\n"
