@@ -15,7 +15,7 @@ namespace detachment = millscale::detachment;
 
 namespace {
 
-constexpr int columns = 23;
+constexpr int columns = 24;
 constexpr int statistics_size = 12;
 
 void put_event(const detachment::Event& event, double*& out)
@@ -119,6 +119,7 @@ void ComputeMillDetach::compute_peratom()
     put_event(ball.flight, out);
     *out++ = ball.in_flight != 0.0 ? track.mill_time() - ball.flight.time : 0.0;
     *out++ = ball.outermost;
+    *out++ = ball.carrier;
   }
 }
 

@@ -1,5 +1,6 @@
 #include "fix_mill_detach_track.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <stdexcept>
@@ -145,6 +146,8 @@ void FixMillDetachTrack::observe_all()
   detachment::Observation now{};
   now.mill_angle = mill_fix_->mill_angle();
   now.time = mill_fix_->mill_time();
+  const bool look = looks_at_carriers();
+  const detachment::Drive drive{mill_fix_->speed_now(), mill_fix_->gravity()};
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!(atom->mask[i] & groupbit)) continue;
     wall_contacts(i, now.wall_contact, now.liner_contact);
@@ -154,6 +157,7 @@ void FixMillDetachTrack::observe_all()
     std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
     Record ball = read(row(i));
     const detachment::Confirmed event = detachment::observe(ball, mill_, now, gap_);
+    if (look) detachment::follow_carrier(ball, mill_, drive, now, gap_);
     store(ball, row(i));
     if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
     if (event.flight) {
@@ -161,6 +165,17 @@ void FixMillDetachTrack::observe_all()
       if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
     }
   }
+}
+
+/// Whether the mill has come past a multiple of 1/25 of the lifters' pitch in this step: a function
+/// of the step alone, so that a restart changes nothing.
+bool FixMillDetachTrack::looks_at_carriers() const
+{
+  const double pi = std::acos(-1.0);
+  const double interval = 2.0 * pi / (25.0 * std::max(mill_.lifters, 1));
+  const double angle = mill_fix_->mill_angle();
+  const double before = angle - mill_fix_->speed_now() * update->dt;
+  return std::floor(angle / interval) != std::floor(before / interval);
 }
 
 /// All that acts on a ball but its weight is contact.

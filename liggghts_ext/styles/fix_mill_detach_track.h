@@ -44,6 +44,7 @@ class FixMillDetachTrack : public FixPerBallRows {
  private:
   void parse(int narg, char** arg);
   void observe_all();
+  bool looks_at_carriers() const;
   bool feels_contact(int i) const;
   void wall_contacts(int i, bool& wall, bool& liner) const;
 
