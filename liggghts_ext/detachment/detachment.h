@@ -22,6 +22,15 @@ struct PolarPosition {
   double psi;     ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
 };
 
+/// Distance of a position from the axis [m].
+inline double distance_from_axis(const MillFrame& mill, const Vector& position)
+{
+  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
+                 position[2] - mill.origin[2]};
+  const double along = dot(p, mill.axis);
+  return std::sqrt(std::max(0.0, dot(p, p) - along * along));
+}
+
 inline PolarPosition polar(const MillFrame& mill, const Vector& position)
 {
   const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
@@ -116,7 +125,7 @@ inline void follow_liner(Record& ball, const MillFrame& mill, const Observation&
     ball.liner_pending = 1.0;
   }
   if (ball.liner_pending != 0.0 &&
-      mill.radius - now.ball_radius - polar(mill, now.position).radius > gap) {
+      mill.radius - now.ball_radius - distance_from_axis(mill, now.position) > gap) {
     ball.liner_off = ball.liner_candidate;
     ball.liner_pending = 0.0;
     confirmed.liner_off = true;

@@ -112,7 +112,7 @@ void ComputeMillDetach::compute_peratom()
       std::fill(columns_[i], columns_[i] + columns, 0.0);
       continue;
     }
-    const detachment::Record ball = track.record(i);
+    const detachment::Record& ball = track.record(i);
     double* out = columns_[i];
     *out++ = ball.state;
     put_event(ball.liner_off, out);

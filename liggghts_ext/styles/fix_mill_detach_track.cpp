@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
@@ -29,17 +30,11 @@ namespace {
 
 constexpr int record_size = detachment::record_size;
 
-Record read(const double* row)
+/// The record in a row, in place: records are doubles only, and all balls are looked at each step.
+Record& record_in(double* row)
 {
-  static_assert(std::is_trivially_copyable_v<Record>);
-  Record ball;
-  std::memcpy(static_cast<void*>(&ball), row, sizeof ball);
-  return ball;
-}
-
-void store(const Record& ball, double* row)
-{
-  std::memcpy(row, &ball, sizeof ball);
+  static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) == alignof(double));
+  return *std::launder(reinterpret_cast<Record*>(row));
 }
 
 /// Whether a wall triangle belongs to the groove: it lies in the outer half of the lifter's height
@@ -155,10 +150,9 @@ void FixMillDetachTrack::observe_all()
     now.ball_radius = atom->radius[i];
     std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
     std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
-    Record ball = read(row(i));
+    Record& ball = record_in(row(i));
     const detachment::Confirmed event = detachment::observe(ball, mill_, now, gap_);
     if (look) detachment::follow_carrier(ball, mill_, drive, now, gap_);
-    store(ball, row(i));
     if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
     if (event.flight) {
       statistics_.flight.add(ball.flight.angle);
@@ -207,9 +201,9 @@ void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
   }
 }
 
-Record FixMillDetachTrack::record(int i) const
+const Record& FixMillDetachTrack::record(int i) const
 {
-  return read(row(i));
+  return record_in(row(i));
 }
 
 double FixMillDetachTrack::mill_time() const
@@ -233,7 +227,7 @@ FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() con
 
 void FixMillDetachTrack::set_arrays(int i)
 {
-  store(Record{}, row(i));
+  new (row(i)) Record{};
 }
 
 void FixMillDetachTrack::write_restart(FILE* file)

@@ -33,7 +33,7 @@ class FixMillDetachTrack : public FixPerBallRows {
   void init() override;
   void end_of_step() override;
 
-  millscale::detachment::Record record(int i) const;
+  const millscale::detachment::Record& record(int i) const;
   Statistics statistics_of_all_ranks() const;
   double mill_time() const;
 
