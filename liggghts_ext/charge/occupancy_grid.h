@@ -50,7 +50,8 @@ class OccupancyGrid {
     const auto part = [](double share, std::size_t n) {
       return std::min(static_cast<std::size_t>(share * static_cast<double>(n)), n - 1);
     };
-    const double distance = std::min(liner::length(centre) / cells_.reach, 1.0);
+    const double square = centre.x * centre.x + centre.z * centre.z;
+    const double distance = std::min(std::sqrt(square) / cells_.reach, 1.0);
     volume_[part(distance, cells_.rings) * cells_.sectors + part(turn, cells_.sectors)] +=
         4.0 / 3.0 * liner::pi * radius * radius * radius;
   }

@@ -29,7 +29,7 @@ CHARGE_SERIES = (
 )
 CHARGE_DUMP = (
     "id type x y z vx vy vz radius "
-    "c_detach[1] c_detach[12] c_detach[14] c_detach[15] c_detach[23] c_detach[24]"
+    "c_detach[1] c_detach[12] c_detach[14] c_detach[15] c_detach[22] c_detach[23] c_detach[24]"
 )
 pytestmark = pytest.mark.engine
 
