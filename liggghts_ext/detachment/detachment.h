@@ -22,6 +22,15 @@ struct PolarPosition {
   double psi;     ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
 };
 
+/// Distance of a position from the axis [m].
+inline double distance_from_axis(const MillFrame& mill, const Vector& position)
+{
+  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
+                 position[2] - mill.origin[2]};
+  const double along = dot(p, mill.axis);
+  return std::sqrt(std::max(0.0, dot(p, p) - along * along));
+}
+
 inline PolarPosition polar(const MillFrame& mill, const Vector& position)
 {
   const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
@@ -87,6 +96,7 @@ struct Record {
   double in_flight = 0.0;      ///< a confirmed flight goes on
   double touched_liner = 0.0;  ///< on the liner since its last flight began
   double outermost = 0.0;      ///< the last flight began from the outermost layer
+  double carrier = -1.0;       ///< lifter that carried the ball last; -1: not seen yet
   Event liner_candidate, flight_candidate;
   Event liner_off, flight;  ///< confirmed
   Vector flight_place{};    ///< of the flight candidate, in the frame that turns with the mill
@@ -213,6 +223,40 @@ inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation&
                          double gap_over_radius)
 {
   return observe(ball, mill, now, Turn(-now.mill_angle), gap_over_radius);
+}
+
+/// How fast the mill turns [rad/s], and gravity [m/s^2].
+struct Drive {
+  double speed, gravity;
+};
+
+/// Whether the mill carries a ball: it touches the wall, or it touches balls and moves with the
+/// mill. That is, slower relative to it than after a fall through `gap_over_radius` ball radii,
+/// v^2 = 2 g gap: a ball the mill lets go passes this speed as it falls behind by the gap. So balls
+/// that meet in flight are not carried, though they touch. Derived here.
+inline bool carried(const MillFrame& mill, const Drive& drive, const Observation& now,
+                    double gap_over_radius)
+{
+  if (now.wall_contact || !now.contact_force) return now.wall_contact;
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = now.position[d] - mill.origin[d];
+  const Vector with_mill = cross(mill.axis, arm);
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double apart = now.velocity[d] - drive.speed * with_mill[d];
+    square += apart * apart;
+  }
+  return square < 2.0 * drive.gravity * gap_over_radius * now.ball_radius;
+}
+
+/// Remembers the lifter a ball is carried by. A ball that is not carried keeps the lifter it left,
+/// whatever it meets in flight. What moves with the mill changes its lifter slowly: a look at every
+/// few thousandths of a turn is enough.
+inline void follow_carrier(Record& ball, const MillFrame& mill, const Drive& drive,
+                           const Observation& now, double gap_over_radius)
+{
+  if (carried(mill, drive, now, gap_over_radius))
+    ball.carrier = sector(mill, polar(mill, now.position).psi, now.mill_angle);
 }
 
 /// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)

@@ -11,10 +11,12 @@
 #include <string>
 
 #include "compute.h"
+#include "compute_mill_charge.h"
 #include "compute_mill_detach.h"
 #include "fix.h"
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
+#include "fix_mill_occupancy.h"
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "lammps.h"
@@ -63,11 +65,13 @@ void register_styles(LAMMPS& engine)
   fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
+  fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
   LAMMPS_NS::PairGranFast::add_to_engine();
 
   ComputeMap& computes = *(engine.modify->*compute_map_member());
+  computes["mill/charge"] = &create_compute<LAMMPS_NS::ComputeMillCharge>;
   computes["mill/detach"] = &create_compute<LAMMPS_NS::ComputeMillDetach>;
 }
 
@@ -79,6 +83,11 @@ void list_styles(std::ostream& out)
          "  pair_style gran ... surface fast\n"
          "                           Hertz-Mindlin contacts of balls, several times faster\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
+         "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
+         "file\n"
+         "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "
+         "the "
+         "charge\n"
          "  compute mill/detach      state of each ball, and where and when it left liner and "
          "charge\n"
          "  fix mill/detach/track    per-ball records behind compute mill/detach (made by it)\n"

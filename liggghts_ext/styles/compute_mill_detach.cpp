@@ -15,7 +15,7 @@ namespace detachment = millscale::detachment;
 
 namespace {
 
-constexpr int columns = 23;
+constexpr int columns = 24;
 constexpr int statistics_size = 12;
 
 void put_event(const detachment::Event& event, double*& out)
@@ -112,13 +112,14 @@ void ComputeMillDetach::compute_peratom()
       std::fill(columns_[i], columns_[i] + columns, 0.0);
       continue;
     }
-    const detachment::Record ball = track.record(i);
+    const detachment::Record& ball = track.record(i);
     double* out = columns_[i];
     *out++ = ball.state;
     put_event(ball.liner_off, out);
     put_event(ball.flight, out);
     *out++ = ball.in_flight != 0.0 ? track.mill_time() - ball.flight.time : 0.0;
     *out++ = ball.outermost;
+    *out++ = ball.carrier;
   }
 }
 

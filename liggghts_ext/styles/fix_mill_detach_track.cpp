@@ -1,7 +1,9 @@
 #include "fix_mill_detach_track.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
@@ -30,11 +32,11 @@ namespace {
 constexpr int record_size = detachment::record_size;
 constexpr signed char unknown = -1;
 
-/// The row of a ball as its record: doubles both (Record's own assertion).
-Record& in_row(double* row)
+/// The record in a row, in place: records are doubles only, and all balls are looked at each step.
+Record& record_in(double* row)
 {
-  static_assert(std::is_trivially_copyable_v<Record> && std::is_standard_layout_v<Record>);
-  return *reinterpret_cast<Record*>(row);
+  static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) == alignof(double));
+  return *std::launder(reinterpret_cast<Record*>(row));
 }
 
 /// Whether a wall triangle belongs to the groove: it lies in the outer half of the lifter's height
@@ -145,17 +147,20 @@ void FixMillDetachTrack::observe_all()
   now.mill_angle = mill_fix_->mill_angle();
   now.time = mill_fix_->mill_time();
   const millscale::Turn back(-now.mill_angle);
+  const bool look = looks_at_carriers();
+  const detachment::Drive drive{mill_fix_->speed_now(), mill_fix_->gravity()};
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!(atom->mask[i] & groupbit)) continue;
     wall_contacts(i, now.wall_contact, now.liner_contact);
     now.contact_force = now.wall_contact || feels_contact(i);
     const signed char contacts = now.wall_contact + 2 * now.liner_contact + 4 * now.contact_force;
-    if (seen_[i] == contacts) continue;
+    if (seen_[i] == contacts && !look) continue;
     now.ball_radius = atom->radius[i];
     std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
     std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
-    Record& ball = in_row(row(i));
+    Record& ball = record_in(row(i));
     count(detachment::observe(ball, mill_, now, back, gap_), ball);
+    if (look) detachment::follow_carrier(ball, mill_, drive, now, gap_);
     seen_[i] = detachment::pending(ball) ? unknown : contacts;
   }
 }
@@ -166,6 +171,17 @@ void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record&
   if (!event.flight) return;
   statistics_.flight.add(ball.flight.angle);
   if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
+}
+
+/// Whether the mill has come past a multiple of 1/25 of the lifters' pitch in this step: a function
+/// of the step alone, so that a restart changes nothing.
+bool FixMillDetachTrack::looks_at_carriers() const
+{
+  const double pi = std::acos(-1.0);
+  const double interval = 2.0 * pi / (25.0 * std::max(mill_.lifters, 1));
+  const double angle = mill_fix_->mill_angle();
+  const double before = angle - mill_fix_->speed_now() * update->dt;
+  return std::floor(angle / interval) != std::floor(before / interval);
 }
 
 /// All that acts on a ball but its weight is contact.
@@ -197,9 +213,9 @@ void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
   }
 }
 
-Record FixMillDetachTrack::record(int i) const
+const Record& FixMillDetachTrack::record(int i) const
 {
-  return in_row(row(i));
+  return record_in(row(i));
 }
 
 double FixMillDetachTrack::mill_time() const
@@ -223,7 +239,7 @@ FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() con
 
 void FixMillDetachTrack::set_arrays(int i)
 {
-  in_row(row(i)) = Record{};
+  new (row(i)) Record{};
 }
 
 void FixMillDetachTrack::write_restart(FILE* file)

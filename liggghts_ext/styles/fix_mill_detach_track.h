@@ -33,7 +33,7 @@ class FixMillDetachTrack : public FixPerBallRows {
   void init() override;
   void end_of_step() override;
 
-  millscale::detachment::Record record(int i) const;
+  const millscale::detachment::Record& record(int i) const;
   Statistics statistics_of_all_ranks() const;
   double mill_time() const;
 
@@ -45,6 +45,7 @@ class FixMillDetachTrack : public FixPerBallRows {
   void parse(int narg, char** arg);
   void observe_all();
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
+  bool looks_at_carriers() const;
   bool feels_contact(int i) const;
   void wall_contacts(int i, bool& wall, bool& liner) const;
 

@@ -168,6 +168,60 @@ TEST(Observe, ScalesWithTheBallRadius)
   }
 }
 
+constexpr Drive drive{1.6, 9.81};
+
+/// In contact with balls at polar angle psi, moving with the mill but for a radial speed.
+Observation among_balls(double radius, double psi, double mill_angle, double apart)
+{
+  Observation now = free_at(radius, psi, mill_angle);
+  now.contact_force = true;
+  now.velocity = millscale::cross({0.0, drive.speed, 0.0}, now.position);
+  for (int d = 0; d < 3; d += 2) now.velocity[d] += apart * now.position[d] / radius;
+  return now;
+}
+
+TEST(Carrier, IsTheLifterOfTheGrooveABallRestsIn)
+{
+  const double pitch = 2 * pi / 25;
+  for (int k = 0; k < 25; ++k) {
+    Record ball;
+    follow_carrier(ball, mill(), drive, among_balls(0.9, 0.3 + k * pitch, 0.3, 0.0), 1.0);
+    EXPECT_EQ(ball.carrier, k);
+  }
+}
+
+TEST(Carrier, IsUnknownAtFirst)
+{
+  Record ball;
+  follow_carrier(ball, mill(), drive, free_at(0.9, 1.0, 0.3), 1.0);
+  EXPECT_EQ(ball.carrier, -1.0);
+}
+
+TEST(Carrier, StaysThatOfTheThrowThroughFlightAndCollisionInFlight)
+{
+  const double pitch = 2 * pi / 25;
+  Record ball;
+  follow_carrier(ball, mill(), drive, among_balls(0.9, 0.3 + 7 * pitch, 0.3, 0.0), 1.0);
+  follow_carrier(ball, mill(), drive, free_at(0.8, 0.5 + 9 * pitch, 0.5), 1.0);
+  follow_carrier(ball, mill(), drive, among_balls(0.6, 0.6 + 12 * pitch, 0.6, 2.0), 1.0);
+  follow_carrier(ball, mill(), drive, free_at(0.5, 0.7 + 15 * pitch, 0.7), 1.0);
+  EXPECT_EQ(ball.carrier, 7.0);
+  Observation landed = free_at(0.98, 0.8 + 20 * pitch, 0.8);  // far from the mill's speed
+  landed.wall_contact = landed.contact_force = true;
+  follow_carrier(ball, mill(), drive, landed, 1.0);
+  EXPECT_EQ(ball.carrier, 20.0);
+}
+
+TEST(Carrier, IsLostAtTheSpeedOfAFallThroughTheGap)
+{
+  for (double gap : {0.5, 1.0, 3.0}) {
+    const double speed = std::sqrt(2.0 * drive.gravity * gap * ball_radius);
+    EXPECT_TRUE(carried(mill(), drive, among_balls(0.9, 1.0, 0.3, 0.999 * speed), gap));
+    EXPECT_FALSE(carried(mill(), drive, among_balls(0.9, 1.0, 0.3, 1.001 * speed), gap));
+    EXPECT_FALSE(carried(mill(), drive, among_balls(0.9, 1.0, 0.3, -1.001 * speed), gap));
+  }
+}
+
 TEST(Statistics, MergedEqualTheNaiveDefinition)
 {
   std::mt19937 random(2);

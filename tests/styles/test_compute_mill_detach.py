@@ -12,7 +12,7 @@ EVERY_STEP = (
     'fix track all print 1 "$(step) $(f_mill) $(x[1]) $(z[1]) $(vx[1]) $(vz[1]) $(c_d[1][1])" '
     "file track.csv screen no\n"
 ).replace("c_d", "c_detach")
-RECORD = 'print "record ' + " ".join(f"$(c_detach[1][{k}])" for k in range(1, 24)) + '"\n'
+RECORD = 'print "record ' + " ".join(f"$(c_detach[1][{k}])" for k in range(1, 25)) + '"\n'
 GLOBAL = 'print "global ' + " ".join(f"$(c_detach[{k}])" for k in range(1, 13)) + '"\n'
 THERMO = "thermo_style custom step c_detach[1]\nthermo 4000\n"
 
@@ -27,7 +27,7 @@ def _throw(folder):
 
 def test_a_throw_is_recorded_at_the_step_contact_was_lost(tmp_path):
     result, track = _throw(tmp_path)
-    record = dict(zip(range(1, 24), result.printed("record"), strict=True))
+    record = dict(zip(range(1, 25), result.printed("record"), strict=True))
     step, angle, x, z, vx, vz, state = track.T
     # The last spell of flight in the track, found without the compute's own memory.
     begin = np.flatnonzero((state == 3) & (np.roll(state, 1) != 3))[-1]
@@ -39,6 +39,7 @@ def test_a_throw_is_recorded_at_the_step_contact_was_lost(tmp_path):
     )
     assert record[13] == pytest.approx(np.arctan2(-x[begin], z[begin]), rel=1e-14)
     assert record[15] == 9  # placed ahead of the lifter that trails groove 9
+    assert record[24] == 9
     assert record[22] == pytest.approx((step[-1] - step[begin]) * DT, rel=1e-12)
     assert record[1] == state[-1] == 3
 

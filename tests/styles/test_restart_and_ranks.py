@@ -24,7 +24,7 @@ DT = 1e-4
 STEPS = 4000
 CARRY_FORCES = "fix forces all mill/forces\n"
 COLUMNS = "id x y z vx vy vz omegax omegay omegaz " + " ".join(
-    f"c_detach[{k}]" for k in range(1, 24)
+    f"c_detach[{k}]" for k in range(1, 25)
 )
 FLIGHTS = COLUMNS.split().index("c_detach[12]")
 

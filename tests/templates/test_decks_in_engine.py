@@ -21,6 +21,16 @@ PUBLISHED = {
     "radius_m": 5,
     "omega_rad_s": 6,
 }
+CHARGE_SERIES = (
+    "step,time_s,mill_angle_rad,balls,kinetic_translation_J,kinetic_rotation_J,potential_J,"
+    "centre_x_m,centre_z_m,torque_Nm,power_W,balls_on_wall,balls_in_bed,balls_in_flight,"
+    "box_fixed_mass_fraction,box_rotating_mass_fraction,toe_angle_rad,shoulder_angle_rad,"
+    "largest_overlap_m,largest_speed_m_s"
+)
+CHARGE_DUMP = (
+    "id type x y z vx vy vz radius "
+    "c_detach[1] c_detach[12] c_detach[14] c_detach[15] c_detach[22] c_detach[23] c_detach[24]"
+)
 pytestmark = pytest.mark.engine
 
 
@@ -96,12 +106,37 @@ def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
     _run(folder, "settle.in", ranks=2)
     _run(folder, "mill.in", ranks=2)
     header, *rows = (folder / "series.csv").read_text().splitlines()
+    assert header == CHARGE_SERIES
     last = dict(zip(header.split(","), rows[-1].split(","), strict=True))
     assert int(float(last["balls"])) == case["ball"]["count"]
     assert float(last["mill_angle_rad"]) == pytest.approx(0.02, rel=0.05)
     states = ("balls_on_wall", "balls_in_bed", "balls_in_flight")
     assert sum(float(last[name]) for name in states) == case["ball"]["count"]
-    assert list((folder / "dump").glob("charge.*.liggghts"))
+    dumps = sorted((folder / "dump").glob("charge.*.liggghts"))
+    assert f"ITEM: ATOMS {CHARGE_DUMP} \n" in dumps[0].read_text()
+    _check_measurements(case, {name: float(value) for name, value in last.items()})
+    occupancy = (folder / "occupancy.csv").read_text().splitlines()
+    assert len(occupancy) == 1 + 50 * 180
+    assert float(occupancy[1].split(",")[0]) >= 0.01  # the second half of the rotation
+
+
+def _check_measurements(case, last):
+    """A charge that has hardly fallen yet: bounds that any column in another's place breaks."""
+    radius, ball = case["mill"]["radius_m"], case["ball"]["radius_m"]
+    mass = case["ball"]["mass_kg"] * case["ball"]["count"]
+    assert last["potential_J"] == pytest.approx(
+        mass * case["mill"]["gravity_m_s2"] * last["centre_z_m"], rel=1e-9
+    )
+    assert -radius < last["centre_z_m"] < 0
+    assert last["kinetic_rotation_J"] < last["kinetic_translation_J"]
+    assert 0 < last["box_fixed_mass_fraction"] < 0.2
+    # 0.02 rad apart: all but a few of the same balls.
+    assert last["box_rotating_mass_fraction"] == pytest.approx(
+        last["box_fixed_mass_fraction"], rel=0.2
+    )
+    assert 0 < last["shoulder_angle_rad"] < 3.14 < last["toe_angle_rad"] < 6.28
+    assert 0 <= last["largest_overlap_m"] < ball
+    assert last["largest_speed_m_s"] >= (2 * last["kinetic_translation_J"] / mass) ** 0.5
 
 
 def test_the_mesh_wall_runs_from_the_same_decks(cases, tmp_path):
