@@ -8,6 +8,9 @@ from typing import Any
 
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
+# The engine takes a Young's modulus [Pa] beyond these for a slip of units unless told otherwise.
+SOFT_BELOW = 5e6
+HARD_ABOVE = 1e9
 
 
 def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
@@ -17,7 +20,6 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         case: content of case.json.
     """
     physical, mill, ball, time = (case[part] for part in ("physical", "mill", "ball", "time"))
-    centrifuging = case["allow_centrifuging"]
     x, y, z = ball.get("start_m", (0.0, 0.0, 0.0))
     return {
         "mill_radius_physical": physical["radius_m"],
@@ -27,14 +29,14 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         "scheme": case["scheme"],
         "policy": case["policy"],
         "time_factor": case["time_factor"],
-        "allow_centrifuging": "yes" if centrifuging else "no",
-        "centrifuging": "allow" if centrifuging else "refuse",
+        "centrifuging": "allow" if case["allow_centrifuging"] else "refuse",
         "ball_radius": ball["radius_m"],
         "ball_density": ball["density_kg_m3"],
         "ball_x": x,
         "ball_y": y,
         "ball_z": z,
         **_material(case["material"]),
+        **case["deck"],
         "mill_radius": mill["radius_m"],
         "wall": case["wall"]["kind"],
         "lifter_top_radius": mill["lifter_top_radius_m"],
@@ -73,10 +75,13 @@ def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
     (Path(folder) / FILE).write_text("\n".join(lines) + "\n")
 
 
-def _material(material: Mapping[str, Any]) -> dict[str, float]:
+def _material(material: Mapping[str, Any]) -> dict[str, float | str]:
     coefficients = ("restitution", "static_friction", "rolling_friction")
+    modulus = material["youngs_modulus_pa"]
     return {
-        "youngs_modulus": material["youngs_modulus_pa"],
+        "youngs_modulus": modulus,
+        "soft_particles": "yes" if modulus < SOFT_BELOW else "no",
+        "hard_particles": "yes" if modulus > HARD_ABOVE else "no",
         "poisson_ratio": material["poisson_ratio"],
         **{
             f"{name}_{pair}": material[f"{name}_{pair}"]

@@ -77,7 +77,7 @@ def deck(task: Task) -> None:
 
     copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
     write_parameters(task.case, task.part)
-    if task.case["kind"] == "multi-ball":
+    if task.case["deck"]["dumps"] == "on":
         # The engine makes no folders: here for those who run the deck by hand.
         (task.part / DUMP_FOLDER).mkdir()
 
