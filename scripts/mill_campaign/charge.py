@@ -61,11 +61,15 @@ def write_charge(case: Mapping[str, Any], folder: Path) -> None:
     Raises:
         CampaignError: the balls do not fit into the mill.
     """
-    ball = case["ball"]
+    ball, room = case["ball"], room_of(case)
     sizes = Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
-    room = Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
     packing = pack(room, sizes, ball["count"], np.random.default_rng(case["seed"]))
     write_data(packing, sizes.density, case["domain"]["half_box_m"], Path(folder) / FILE)
+
+
+def room_of(case: Mapping[str, Any]) -> Room:
+    """Room for the charge of a case."""
+    return Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
 
 
 def liner_of(case: Mapping[str, Any]) -> mill_core.Liner:
@@ -135,18 +139,26 @@ def _wrapped(y: np.ndarray, length: float) -> np.ndarray:
     return np.where(wrapped >= length, 0.0, wrapped)
 
 
+def periodic_tree(packing: Packing) -> tuple[cKDTree, np.ndarray]:
+    """Tree of the centres, periodic along y, and the point (3,) [m] to take off positions first.
+
+    A tree is periodic in all axes or none: in x and z the period is put out of reach, for points up
+    to a largest diameter outside the centres.
+    """
+    reach = 2.0 * packing.radii.max()
+    origin = packing.centres.min(axis=0) - reach
+    period = np.ptp(packing.centres, axis=0) + 4.0 * reach
+    origin[1], period[1] = 0.0, packing.length
+    return cKDTree(packing.centres - origin, boxsize=period), origin
+
+
 def largest_overlap(packing: Packing) -> float:
     """Largest overlap of two balls, also across the periodic ends [m]; 0 if none overlap."""
     if packing.length < 2.0 * packing.radii.max():
         return float(2.0 * packing.radii.max() - packing.length)
     centres, radii = packing.centres, packing.radii
-    reach = 2.0 * radii.max()
-    # The tree is periodic in all axes or none: in x and z the period is put out of reach.
-    origin = np.array([centres[:, 0].min(), 0.0, centres[:, 2].min()])
-    period = np.ptp(centres, axis=0) + 2.0 * reach
-    period[1] = packing.length
-    tree = cKDTree(centres - origin, boxsize=period)
-    pairs = tree.query_pairs(reach, output_type="ndarray")
+    tree, _ = periodic_tree(packing)
+    pairs = tree.query_pairs(2.0 * radii.max(), output_type="ndarray")
     if len(pairs) == 0:
         return 0.0
     apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])

@@ -62,7 +62,12 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
 
 
 def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
-    """Write parameters.in of a case to a folder.
+    """Write parameters.in of a case to a folder."""
+    (Path(folder) / FILE).write_text(parameters_text(case))
+
+
+def parameters_text(case: Mapping[str, Any]) -> str:
+    """parameters.in of a case.
 
     Variables are of style string: the engine prints other styles with 15 digits, which would not
     bring a number back exactly.
@@ -72,7 +77,7 @@ def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
         f"variable {name} string {value if isinstance(value, str) else repr(value)}"
         for name, value in parameters(case).items()
     ]
-    (Path(folder) / FILE).write_text("\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
 def _material(material: Mapping[str, Any]) -> dict[str, float | str]:

@@ -100,6 +100,34 @@ def engine(task: Task) -> None:
         (task.part / DUMP_FOLDER).rmdir()
 
 
+def settle(task: Task) -> None:
+    """Settle the charge, or take the bed of a case whose charge settles the same way."""
+    from mill_campaign.shared_settling import give, shared_bed, take
+
+    products = task.stage.products
+    with shared_bed(task.case, task.folder) as shared:
+        if shared and take(shared, task.part, products):
+            print(f"bed taken from {shared}")
+            return
+        engine(task)
+        _measure_bed(task)
+        if shared:
+            give(shared, task.part, products)
+
+
+def _measure_bed(task: Task) -> None:
+    """Add to settled.json what the bed is like."""
+    from mill_campaign import bed
+    from mill_campaign.charge import room_of
+
+    path, dump = task.part / task.stage.products[-1], task.part / bed.DUMP
+    record = json.loads(path.read_text())
+    _write_json(
+        path, record | {"settled_by": task.case["id"]} | bed.bed_record(dump, room_of(task.case))
+    )
+    dump.unlink()
+
+
 def result(task: Task) -> None:
     from mill_analysis import analyse_case
 
@@ -115,7 +143,7 @@ WORK: dict[str, Callable[[Task], None]] = {
     "mesh": mesh,
     "charge": charge,
     "deck": deck,
-    "settle": engine,
+    "settle": settle,
     "rotate": engine,
     "result": result,
 }
