@@ -76,7 +76,7 @@ def test_plan_reproduces_tables_6_and_7_to_their_printed_digits(single_ball_rows
 def test_plan_holds_the_counts_of_table_10():
     rows = plan_rows(load_campaign(CAMPAIGNS / "paper-multi-ball.toml"))
     for scheme in ("constant-gravity", "constant-speed"):
-        counts = [row["balls"] for row in of_scheme(rows, scheme)]
+        counts = [row["balls"] for row in of_scheme(rows, scheme) if row["seed"] == 1]
         assert counts == [int(row["particles"]) for row in table("table10_wall_time.csv")]
 
 
