@@ -39,6 +39,7 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         **case["deck"],
         "mill_radius": mill["radius_m"],
         "wall": case["wall"]["kind"],
+        "shape": "lifters" if mill["lifters"] else "drum",
         "lifter_top_radius": mill["lifter_top_radius_m"],
         "lifter_top_width": mill["lifter_top_width_m"],
         "groove_width": mill["groove_width_m"],

@@ -53,6 +53,7 @@ def ran(folder, wall, study, force, **changes):
     for deck in decks:
         done = run_file(folder, deck)
         assert done.code == 0, done.text[-2000:]
+        (folder / f"out.{deck}").write_text(done.text)
     return folder
 
 
@@ -71,6 +72,24 @@ def test_a_single_ball_moves_the_same_without_pair_style_and_dumps(tmp_path, wal
     # Nothing of the ball's motion depends on either: bit by bit.
     assert series(bare) == series(full)
     assert len(series(bare).splitlines()) > 30
+
+
+def test_a_single_ball_alone_has_no_ghosts_and_no_pair_time(tmp_path):
+    study = {"single_ball": SINGLE | {"rotation_angle_rad": 0.1}}
+    bare = ran(tmp_path / "bare", "analytic", study, NOTHING_FORCED)
+    text = (bare / "out.single_ball.in").read_text()
+    assert "Nghost:    0 ave" in text
+    assert "Pair  time (%) = 0 (0)" in text
+
+
+@pytest.mark.parametrize("wall", ["analytic", "mesh"])
+def test_a_plain_drum_runs_from_the_same_decks(tmp_path, wall):
+    for name, study in {
+        "single": {"single_ball": SINGLE | {"rotation_angle_rad": 0.1}},
+        "charge": {"multi_ball": CHARGE | {"count": [500], "settle_s": 0.02}},
+    }.items():
+        folder = ran(tmp_path / name, wall, study, NOTHING_FORCED, liner=None)
+        assert len(series(folder).splitlines()) > 1
 
 
 @pytest.mark.parametrize("wall", ["analytic", "mesh"])
