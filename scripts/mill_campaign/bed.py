@@ -19,6 +19,9 @@ MARGIN = 2.0
 POINTS = 100_000
 FEWEST_POINTS = 10_000
 BATCHES = 20
+# Beds overlap by 0.04 radii at S = 2.6 and the paper's modulus, and by depth to the power 2/3 more.
+# At a quarter the balls are no Hertz contacts any more: a step too long, or a modulus too low.
+LARGEST_OVERLAP = 0.25
 # Balls a point is tested against when sizes differ: the nearest centre need not be the ball's.
 CANDIDATES = 8
 
@@ -27,10 +30,15 @@ def bed_record(path: Path, room: Room) -> dict[str, Any]:
     """What settled.json says of the bed in an engine's dump with the columns `COLUMNS`.
 
     Raises:
-        ValueError: the file is no such dump.
+        ValueError: the file is no such dump, or balls overlap by more than `LARGEST_OVERLAP`.
     """
     packing, velocities = read_bed(path, room.length)
     overlap = largest_overlap(packing)
+    if overlap > LARGEST_OVERLAP * packing.radii.mean():
+        raise ValueError(
+            f"balls of the settled bed overlap by {overlap:.3g} m, more than {LARGEST_OVERLAP} of "
+            "their radius: take a shorter step_s or a larger youngs_modulus_pa"
+        )
     return {
         "largest_overlap_m": overlap,
         "largest_overlap_over_radius": overlap / float(packing.radii.mean()),

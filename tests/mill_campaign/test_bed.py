@@ -74,6 +74,12 @@ def test_a_dump_tells_overlap_across_the_seam_and_speed(tmp_path):
     assert velocities.shape == (2, 3)
 
 
+def test_a_bed_whose_balls_sink_into_each_other_is_refused(tmp_path):
+    rows = [(0.0, 0.05, z, 0.0, 0.0, 0.0, 0.02) for z in (-1.0, -1.034)]
+    with pytest.raises(ValueError, match=r"overlap by 0\.006 m, more than 0\.25 of their radius"):
+        bed_record(dump(tmp_path, rows), Room(DRUM, 0.2))
+
+
 def test_a_dump_with_other_columns_is_refused(tmp_path):
     with pytest.raises(ValueError, match="no dump with the columns x y z vx vy vz radius"):
         read_bed(dump(tmp_path, [], ("id", "x")), 0.2)

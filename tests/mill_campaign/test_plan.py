@@ -117,3 +117,4 @@ def test_rendered_plan_shows_every_case_its_warnings_and_what_is_left_out(tmp_pa
     assert "warning mb-cg-paper-S1.000" in text
     assert "left out:" in text
     assert "air drag" in text
+    assert "pair style, neighbour list, ghost balls: a single ball has no other to touch" in text
