@@ -45,14 +45,16 @@ class Task:
 
 
 def mesh(task: Task) -> None:
-    # Imported by this stage alone: gmsh takes a second to load.
+    """Mesh the liner: by gmsh if the engine takes the mesh, as bare panels if people look at it."""
     from liner_mesh import build_liner_mesh, lint, write_stl, write_vtp
     from liner_mesh.curvature import curvature_range_deg
     from mill_campaign.charge import liner_of
+    from mill_campaign.wall_panels import panels_of
 
     liner, wall = liner_of(task.case), task.case["wall"]
     length = task.case["mill"]["simulated_length_m"]
-    surface = build_liner_mesh(liner, length, wall["chord_error_m"], wall["axial_divisions"])
+    build = build_liner_mesh if wall["kind"] == "mesh" else panels_of
+    surface = build(liner, length, wall["chord_error_m"], wall["axial_divisions"])
     report = lint(surface, liner, length, wall["chord_error_m"])
     if not report.ok:
         raise RuntimeError(f"liner mesh not fit for use: {'; '.join(report.problems)}")
@@ -63,7 +65,8 @@ def mesh(task: Task) -> None:
         )
     _write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
     write_stl(task.part / "liner.stl", surface)
-    write_vtp(task.part / "liner.vtp", surface)
+    if task.case["kind"] == "multi-ball":
+        write_vtp(task.part / "liner.vtp", surface)
 
 
 def charge(task: Task) -> None:
