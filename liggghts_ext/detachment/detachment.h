@@ -22,15 +22,6 @@ struct PolarPosition {
   double psi;     ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
 };
 
-/// Distance of a position from the axis [m].
-inline double distance_from_axis(const MillFrame& mill, const Vector& position)
-{
-  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
-                 position[2] - mill.origin[2]};
-  const double along = dot(p, mill.axis);
-  return std::sqrt(std::max(0.0, dot(p, p) - along * along));
-}
-
 inline PolarPosition polar(const MillFrame& mill, const Vector& position)
 {
   const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 from mill_campaign.config import Ball
 
@@ -24,10 +25,14 @@ def mean_volume(ball: Ball) -> float:
 
 
 def draw_radii(ball: Ball, count: int, random: np.random.Generator) -> np.ndarray:
-    """(count,) float, ball radii [m]; all equal without a standard deviation."""
+    """(count,) float, ball radii [m]; all equal without a standard deviation.
+
+    One radius is drawn from each of `count` equally likely ranges, in random order, so that even a
+    few balls have the mean mass of the distribution.
+    """
     if ball.radius_std == 0.0:
         return np.full(count, ball.radius)
-    deviations = random.standard_normal(count)
-    while (outside := np.abs(deviations) > ball.truncation).any():
-        deviations[outside] = random.standard_normal(int(outside.sum()))
-    return ball.radius + ball.radius_std * deviations
+    share = (random.permutation(count) + random.uniform(0.0, 1.0, count)) / count
+    below = ndtr(-ball.truncation)
+    deviations = ndtri(below + (1.0 - 2.0 * below) * share)
+    return ball.radius + ball.radius_std * np.clip(deviations, -ball.truncation, ball.truncation)

@@ -13,6 +13,7 @@ from typing import Any
 from mill_campaign import case_sections as parts
 from mill_campaign.config import Campaign
 from mill_campaign.cost import wall_time
+from mill_campaign.deck_terms import deck_part, statements_of, terms_of
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, models_of
 from mill_campaign.modelled import statements
@@ -80,8 +81,8 @@ def cases_of(campaign: Campaign) -> list[Case]:
     cases = []
     for study in campaign.studies:
         models = models_of(campaign, study)
-        seeds = study.charge.seeds if study.charge else (0,)
         for model, step in zip(models, steps_of(campaign, models), strict=True):
+            seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
             cases += [_case(campaign, model, step, seed) for seed in seeds]
     seen: set[str] = set()
     for case in cases:
@@ -93,7 +94,7 @@ def cases_of(campaign: Campaign) -> list[Case]:
 
 
 def case_id(model: Model, seed: int) -> str:
-    """Name of a case, `mb-cg-paper-S2.600`; the seed is told if there are several."""
+    """Name of a case, `mb-cg-paper-S2.600`; the seed is told if the study has several."""
     kind = SHORT_KIND[model.study.kind]
     name = f"{kind}-{SHORT_SCHEME[model.scheme]}-{model.policy}-S{model.S:.3f}"
     several = model.study.charge is not None and len(model.study.charge.seeds) > 1
@@ -111,6 +112,7 @@ def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
     study = model.study
     time = parts.time_part(campaign, model, step)
     ball = parts.ball_part(campaign, model)
+    terms = terms_of(campaign, model)
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "id": case_id(model, seed),
@@ -136,10 +138,11 @@ def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
         document["charge"] = parts.charge_part(campaign, model, ball["count"], time)
     document |= {
         "wall": wall_part(campaign, model),
+        "deck": deck_part(terms),
         "domain": parts.domain_part(campaign, model),
         "output": parts.output_part(study, model, time),
         "warnings": [*campaign.warnings, *step.warnings],
-        "model": statements(campaign, model),
+        "model": statements(campaign, model, statements_of(terms)),
         "versions": {"millscale": installed_version()},
     }
     document["predicted"] = _predicted(document)

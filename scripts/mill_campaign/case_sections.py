@@ -148,10 +148,8 @@ def ball_count(campaign: Campaign, model: Model) -> int:
     else:
         volume = charge.filling * model.liner.area * model.simulated_length
         count = volume * (1.0 - charge.porosity) / mean_volume(campaign.ball)
-    ball = campaign.ball
-    largest = ball.radius + ball.radius_std * ball.truncation
     room = Room(model.liner, model.simulated_length, chord_error(campaign, model))
-    places = capacity(room, largest)
+    places = capacity(room, campaign.ball)
     if not 0.5 <= count <= min(places, MOST_BALLS):
         raise CampaignError(
             campaign.file,

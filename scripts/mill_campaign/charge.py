@@ -12,17 +12,22 @@ import mill_core
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mill_campaign.ball_sizes import draw_radii
+from mill_campaign.ball_sizes import draw_radii, mean_volume
 from mill_campaign.config import Ball
 from mill_campaign.errors import CampaignError
+from mill_campaign.random_block import random_block
 
 FILE = "charge.data"
-# Gap between the places of the lattice, in ball diameters, used up by random displacements.
-# Measured on a settled slice of the S = 2.6 mill: 0.03 across the axis only leaves a crystal (solid
-# fraction 0.65, six-fold order 0.74); 0.15 in all directions a random bed (0.58, 0.04).
-SLACK = 0.15
-# Balls of the lattice may just touch; rounding must not make them overlap.
-ROUNDING = 1e-6
+# Volume of balls over volume, tried from the densest. A settled bed has 0.58 to 0.61, so a charge
+# packed at 0.55 falls by a few balls only; thin slices take less.
+FRACTIONS = (0.55, 0.50, 0.45, 0.40)
+# Balls in the block that is repeated, and its least width in mean diameters.
+BLOCK = 4000
+WIDTH = 6.0
+# Of the places expected: the ends of a bed do not fall on whole balls.
+SURE = 0.95
+# Points to a radius, for an area that is good to a percent.
+GRID = 100
 
 
 @dataclass(frozen=True)
@@ -61,11 +66,15 @@ def write_charge(case: Mapping[str, Any], folder: Path) -> None:
     Raises:
         CampaignError: the balls do not fit into the mill.
     """
-    ball = case["ball"]
+    ball, room = case["ball"], room_of(case)
     sizes = Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
-    room = Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
     packing = pack(room, sizes, ball["count"], np.random.default_rng(case["seed"]))
     write_data(packing, sizes.density, case["domain"]["half_box_m"], Path(folder) / FILE)
+
+
+def room_of(case: Mapping[str, Any]) -> Room:
+    """Room for the charge of a case."""
+    return Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
 
 
 def liner_of(case: Mapping[str, Any]) -> mill_core.Liner:
@@ -82,57 +91,81 @@ def liner_of(case: Mapping[str, Any]) -> mill_core.Liner:
 
 
 def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Packing:
-    """Pack balls on columns along the axis that stand on a hexagonal lattice of the cross-section.
+    """Pack balls from the bottom of the mill up to a level, at random and almost as dense as a bed.
 
-    Columns are filled from the lowest up and shifted along the axis at random. Every ball is then
-    displaced at random within its share of the lattice's slack, so that no ball can reach another:
-    neighbouring columns stay a largest diameter apart, and so do balls of one column.
+    A random block that repeats itself fills the plane of the cross-section; what does not lie clear
+    of the liner is taken away, whatever its size, and the lowest balls are kept. The block is as
+    long as the mill, so the ends fit.
 
     Raises:
         CampaignError: there are fewer places than balls.
     """
-    radii = draw_radii(ball, count, random)
-    largest = float(radii.max())
-    columns, per_column = _places(room, largest)
-    if per_column * len(columns) < count:
-        most = per_column * len(columns)
-        raise CampaignError(FILE, "", f"{count} balls do not fit", f"<= {most} balls")
-    needed = columns[: math.ceil(count / per_column)]
-    column = np.repeat(np.arange(len(needed)), per_column)[:count]
-    place = np.tile(np.arange(per_column), len(needed))[:count]
-    spacing = room.length / per_column
-    play = max(0.0, 0.5 * spacing - largest * (1.0 + ROUNDING))
-    shift = random.uniform(0.0, room.length, len(needed))[column]
-    y = place * spacing + shift + play * random.uniform(-1.0, 1.0, count)
-    angle = random.uniform(0.0, math.tau, count)
-    reach = (SLACK - ROUNDING) * largest * random.uniform(0.0, 1.0, count)
-    x = needed[column, 0] + reach * np.cos(angle)
-    z = needed[column, 1] + reach * np.sin(angle)
-    return Packing(np.column_stack([x, _wrapped(y, room.length), z]), radii, room.length)
+    centres, radii, width = _block(room, ball, count, random)
+    clearance = float(radii.max()) + room.gap
+    beside = width * np.arange(-math.ceil(room.liner.radius / width) - 1, room.liner.radius / width)
+    offset = random.uniform(0.0, width, 2)
+    chosen, places, found = [], [], 0
+    # Rows of blocks, the lowest first; they do not overlap in height.
+    for level in beside:
+        x = (centres[:, 0] + offset[0] + beside[:, None]).ravel()
+        z = np.tile(centres[:, 2] + offset[1] + level, len(beside))
+        section = np.column_stack([x, z])
+        clear = np.flatnonzero(room.liner.nearest(section).distance >= clearance)
+        places.append(section[clear])
+        chosen.append(clear % len(radii))
+        found += len(clear)
+        if found >= count:
+            break
+    else:
+        raise CampaignError(FILE, "", f"{count} balls do not fit", f"<= {found} balls")
+    section, which = np.concatenate(places), np.concatenate(chosen)
+    lowest = np.argsort(section[:, 1], kind="stable")[:count]
+    section, which = section[lowest], which[lowest]
+    packed = np.column_stack([section[:, 0], centres[which, 1], section[:, 1]])
+    return Packing(packed, radii[which], room.length)
 
 
-def capacity(room: Room, largest: float) -> int:
-    """The most balls of a radius `largest` [m] that `pack` finds a place for."""
-    columns, per_column = _places(room, largest)
-    return per_column * len(columns)
+def capacity(room: Room, ball: Ball) -> int:
+    """Balls that `pack` finds a place for in any case: `SURE` of those expected in its loosest."""
+    largest = ball.radius + ball.radius_std * ball.truncation
+    spacing = room.liner.radius / GRID
+    grid = spacing * np.arange(-GRID, GRID + 1)
+    points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+    clear = room.liner.nearest(points).distance >= largest + room.gap
+    area = float(clear.sum()) * spacing**2
+    return int(SURE * FRACTIONS[-1] * area * room.length / mean_volume(ball))
 
 
-def _places(room: Room, largest: float) -> tuple[np.ndarray, int]:
-    """(n, 2) float, x and z of the columns [m] from the lowest up, and the balls of a column."""
-    spacing = 2.0 * largest * (1.0 + SLACK)
-    height = spacing * math.sqrt(3.0) / 2.0
-    n, rows = math.ceil(room.liner.radius / spacing) + 1, math.ceil(room.liner.radius / height) + 1
-    i, row = np.meshgrid(np.arange(-n, n + 1), np.arange(-rows, rows + 1))
-    points = np.column_stack([((i + 0.5 * (row % 2)) * spacing).ravel(), (row * height).ravel()])
-    clear = room.liner.nearest(points).distance >= largest * (1.0 + SLACK) + room.gap
-    columns = points[clear][np.lexsort((points[clear, 0], points[clear, 1]))]
-    return columns, max(1, math.floor(room.length / spacing))
+def _block(
+    room: Room, ball: Ball, count: int, random: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Centres (n, 3) and radii (n,) of a random block, and its width in x and z [m]."""
+    volume = mean_volume(ball)
+    narrowest = 2.0 * WIDTH * ball.radius
+    for fraction in FRACTIONS:
+        least = math.ceil(fraction * narrowest**2 * room.length / volume)
+        radii = draw_radii(ball, max(least, min(count, BLOCK)), random)
+        solid = 4.0 / 3.0 * math.pi * float((radii**3).sum())
+        width = math.sqrt(solid / (fraction * room.length))
+        centres = random_block(radii, np.array([width, room.length, width]), random)
+        if centres is not None:
+            return centres, radii, width
+    raise CampaignError(
+        FILE, "", f"no packing of {FRACTIONS[-1]} found in {room.length:g} m", "a longer slice"
+    )
 
 
-def _wrapped(y: np.ndarray, length: float) -> np.ndarray:
-    """Positions in [0, length), also where rounding takes the remainder to `length`."""
-    wrapped = np.mod(y, length)
-    return np.where(wrapped >= length, 0.0, wrapped)
+def periodic_tree(packing: Packing) -> tuple[cKDTree, np.ndarray]:
+    """Tree of the centres, periodic along y, and the point (3,) [m] to take off positions first.
+
+    A tree is periodic in all axes or none: in x and z the period is put out of reach, for points up
+    to a largest diameter outside the centres.
+    """
+    reach = 2.0 * packing.radii.max()
+    origin = packing.centres.min(axis=0) - reach
+    period = np.ptp(packing.centres, axis=0) + 4.0 * reach
+    origin[1], period[1] = 0.0, packing.length
+    return cKDTree(packing.centres - origin, boxsize=period), origin
 
 
 def largest_overlap(packing: Packing) -> float:
@@ -140,13 +173,8 @@ def largest_overlap(packing: Packing) -> float:
     if packing.length < 2.0 * packing.radii.max():
         return float(2.0 * packing.radii.max() - packing.length)
     centres, radii = packing.centres, packing.radii
-    reach = 2.0 * radii.max()
-    # The tree is periodic in all axes or none: in x and z the period is put out of reach.
-    origin = np.array([centres[:, 0].min(), 0.0, centres[:, 2].min()])
-    period = np.ptp(centres, axis=0) + 2.0 * reach
-    period[1] = packing.length
-    tree = cKDTree(centres - origin, boxsize=period)
-    pairs = tree.query_pairs(reach, output_type="ndarray")
+    tree, _ = periodic_tree(packing)
+    pairs = tree.query_pairs(2.0 * radii.max(), output_type="ndarray")
     if len(pairs) == 0:
         return 0.0
     apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])

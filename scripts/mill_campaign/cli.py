@@ -127,7 +127,7 @@ def run(
     another.
 
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
-    `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --ranks 2 --only 'mb-*-S2.600'`
+    `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
     from mill_campaign.run_command import dry_run_campaign, request, run_campaign
 

@@ -64,13 +64,21 @@ class Wall:
 
 @dataclass(frozen=True)
 class Charge:
-    """The charge of a multi-ball study: counts by model, or filling and porosity."""
+    """The charge of a multi-ball study: counts by model, or filling and porosity.
+
+    Models of S below `seeds_from` take the first seed only.
+    """
 
     counts: tuple[int, ...] | None
     filling: float | None
     porosity: float
     slice_length: float | None
     seeds: tuple[int, ...]
+    seeds_from: float
+
+    def seeds_at(self, S: float) -> tuple[int, ...]:
+        """Seeds of the models of a radius ratio."""
+        return self.seeds if self.seeds_from <= S else self.seeds[:1]
 
 
 @dataclass(frozen=True)
@@ -102,7 +110,11 @@ class Study:
 
 @dataclass(frozen=True)
 class Campaign:
-    """Everything a campaign file says; `warnings` are what it says that is not used."""
+    """Everything a campaign file says.
+
+    `force` names what the decks have although the scene does not need it; `warnings` are what the
+    file says that is not used; `ranks` and `jobs` None leave it to the machine.
+    """
 
     file: Path
     name: str
@@ -113,9 +125,10 @@ class Campaign:
     material: Material
     wall: Wall
     stiffness: str
+    force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None
     studies: tuple[Study, ...]
-    ranks: int
-    jobs: int
+    ranks: int | None
+    jobs: int | None
     warnings: tuple[str, ...]

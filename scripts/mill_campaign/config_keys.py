@@ -20,6 +20,8 @@ READINGS: Final = ("trapezoid", "parallel")
 STIFFNESSES: Final = ("fixed", "overlap-matched")
 KINDS: Final = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
 ADVISED: Final = "advised"
+# Terms of the decks that a scene may do without (deck_terms decides), and `force` puts in.
+FORCIBLE: Final = ("pair", "rolling", "history", "dumps")
 
 
 @dataclass(frozen=True)
@@ -188,24 +190,37 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         ),
         "axial_divisions": Key("integer", "panels along the axis", 1, least=1, most=1000),
     },
+    "model": {
+        "force": Key(
+            "text",
+            "what the decks model although the scene does not need it",
+            (),
+            choices=FORCIBLE,
+            many=True,
+        ),
+    },
     "single_ball": {
         **_study(step=ADVISED, sample=0.005, restart=5.0),
         "rest_s": Key("number", "rest before rotation, physical mill [s]", 0.1, least=0.0),
     },
     "multi_ball": {
         **_study(step=ADVISED, sample=0.02, restart=1.0),
-        "settle_s": _positive("settling before rotation, physical mill [s]", 1.2),
+        "settle_s": _positive("settling before rotation, physical mill [s]", 0.8),
         "count": Key("integer", "balls in the whole length of each model", least=1, many=True),
         "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),
         "porosity": Key("number", "voids of the bed, with filling", 0.4, above=0.0, most=0.9),
         "slice_length_m": _positive("length simulated instead of the scaled length [m]"),
+        "slice_diameters": _positive("the same in mean ball diameters"),
         "seeds": Key(
             "integer", "of the initial packing, a case each", (1,), least=0, most=10**9, many=True
         ),
+        "seeds_from_S": Key(
+            "number", "models of a smaller S, which cost more, take the first seed only", least=1.0
+        ),
     },
     "run": {
-        "ranks": Key("integer", "MPI ranks of a multi-ball case", 2, least=1, most=4096),
-        "jobs": Key("integer", "single-ball cases at a time", 2, least=1, most=4096),
+        "ranks": Key("integer", "MPI ranks of a multi-ball case", least=1, most=4096),
+        "jobs": Key("integer", "cases at a time", least=1, most=4096),
     },
 }  # fmt: skip
 

@@ -37,7 +37,7 @@ def read_campaign(path: Path) -> dict[str, Section]:
     for name in REQUIRED_SECTIONS:
         if name not in tree:
             raise CampaignError(path, name, f"the section [{name}] is missing", _listed(SECTIONS))
-    optional = {"campaign", "liner", "scaling", "wall", "run"}
+    optional = {"campaign", "liner", "scaling", "wall", "model", "run"}
     names = [name for name in SECTIONS if name in tree or name in optional]
     for name in names:
         _refuse_unknown(path, name, tree.get(name, {}))
@@ -99,9 +99,10 @@ def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
     if not key.many:
         return _read_one(path, where, key, value)
     items = value if isinstance(value, list) else [value]
-    if not 1 <= len(items) <= LONGEST_LIST:
+    fewest = 0 if key.default == () else 1
+    if not fewest <= len(items) <= LONGEST_LIST:
         raise CampaignError(
-            path, where, f"a list of {len(items)} values", f"1 to {LONGEST_LIST} values"
+            path, where, f"a list of {len(items)} values", f"{fewest} to {LONGEST_LIST} values"
         )
     read = tuple(_read_one(path, where, key, item) for item in items)
     repeated = next((item for i, item in enumerate(read) if item in read[:i]), None)

@@ -38,7 +38,7 @@ def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mi
         sample_angle=section["sample_angle_rad"],
         dump_angle=section["dump_angle_rad"],
         restart_angle=section["restart_angle_rad"],
-        charge=None if single else _charge(path, section, ratios, mill),
+        charge=None if single else _charge(path, sections, ratios, mill),
     )
 
 
@@ -100,7 +100,10 @@ def _rotation_angle(path: Path, name: str, section: Section, mill: Mill) -> floa
     return angle
 
 
-def _charge(path: Path, section: Section, ratios: tuple[float, ...], mill: Mill) -> Charge:
+def _charge(
+    path: Path, sections: Mapping[str, Section], ratios: tuple[float, ...], mill: Mill
+) -> Charge:
+    section = sections["multi_ball"]
     counts, filling = section["count"], section["filling"]
     if (counts is None) == (filling is None):
         what = "both given" if counts else "missing"
@@ -109,14 +112,48 @@ def _charge(path: Path, section: Section, ratios: tuple[float, ...], mill: Mill)
         raise CampaignError(
             path, "multi_ball.count", f"{len(counts)} counts for {len(ratios)} S", "one for each S"
         )
-    slice_length = section["slice_length_m"]
+    slice_length, key = _slice_length(path, section, 2.0 * sections["ball"]["radius_m"])
     shortest = mill.length / max(ratios)
     # A length typed from the scaled mill is rounded: 385 mm for 384.6 mm.
     if slice_length is not None and slice_length > shortest * (1.0 + AGREEMENT):
         raise CampaignError(
             path,
-            "multi_ball.slice_length_m",
-            f"got {slice_length:g}, longer than the shortest model",
-            f"<= {shortest:.6g}",
+            f"multi_ball.{key}",
+            f"makes {slice_length:g} m, longer than the shortest model",
+            f"<= {shortest:.6g} m",
         )
-    return Charge(counts, filling, section["porosity"], slice_length, section["seeds"])
+    return Charge(
+        counts,
+        filling,
+        section["porosity"],
+        slice_length,
+        section["seeds"],
+        _seeds_from(path, section, ratios),
+    )
+
+
+def _slice_length(path: Path, section: Section, diameter: float) -> tuple[float | None, str]:
+    """Length of the slice [m], None for the whole mill, and the key that gives it."""
+    length, diameters = section["slice_length_m"], section["slice_diameters"]
+    if length is not None and diameters is not None:
+        raise CampaignError(
+            path, "multi_ball.slice_length_m", "and slice_diameters both given", "one of the two"
+        )
+    if diameters is None:
+        return length, "slice_length_m"
+    return diameters * diameter, "slice_diameters"
+
+
+def _seeds_from(path: Path, section: Section, ratios: tuple[float, ...]) -> float:
+    """Smallest S that takes every seed."""
+    given = section["seeds_from_S"]
+    if given is None:
+        return 1.0
+    if len(section["seeds"]) == 1 or given > max(ratios):
+        raise CampaignError(
+            path,
+            "multi_ball.seeds_from_S",
+            f"got {given:g}, with {len(section['seeds'])} seeds and S up to {max(ratios):g}",
+            "several seeds, and at most the largest S",
+        )
+    return given

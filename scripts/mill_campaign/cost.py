@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
 # A single ball in a turning mesh: the engine moves every triangle at every step. Time of a step,
 # and of each triangle in it [s], fitted to 300, 350, 450 and 750 triangles.
 SINGLE_BALL_STEP = 24e-6
@@ -15,6 +19,20 @@ PARTICLE_STEP_SHARED = 434e-9
 # Whole runs, with filling, output and a bed in motion, over the rates above: 258 to 267 ns per
 # particle-step on two ranks instead of 217.
 WHOLE_RUN = 1.2
+
+
+# Slabs thinner than this, in mean ball diameters, hold more ghost balls than balls of their own.
+THINNEST_SLAB = 2.0
+
+
+def most_ranks(cases: Iterable[Mapping[str, Any]]) -> int:
+    """Ranks that every charge among the cases can be cut into along the axis; 1 without charges."""
+    slabs = [
+        case["mill"]["simulated_length_m"] / (2.0 * THINNEST_SLAB * case["ball"]["radius_m"])
+        for case in cases
+        if case["kind"] == "multi-ball"
+    ]
+    return max(1, math.floor(min(slabs, default=1.0)))
 
 
 def wall_time(kind: str, balls: int, triangles: int, steps: int, ranks: int) -> float:

@@ -16,8 +16,10 @@ LOCK_FILE = ".millscale.lock"
 
 
 @contextmanager
-def hold(folder: Path) -> Iterator[int]:
+def hold(folder: Path, wait: bool = False) -> Iterator[int]:
     """Hold the lock of a folder, made if it does not exist; yields the file descriptor.
+
+    Who finds it held gets an error, or waits.
 
     A child that inherits the descriptor keeps the lock until it ends too: so an engine that
     outlives its stage, or a workflow that outlives its command, still keeps others out.
@@ -29,7 +31,7 @@ def hold(folder: Path) -> Iterator[int]:
         raise CampaignError(folder, "", cause, "a folder you may write to") from None
     descriptor = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o644)
     try:
-        _take(descriptor, folder)
+        _take(descriptor, folder, wait)
         try:
             yield descriptor
         finally:
@@ -39,9 +41,9 @@ def hold(folder: Path) -> Iterator[int]:
         os.close(descriptor)
 
 
-def _take(descriptor: int, folder: Path) -> None:
+def _take(descriptor: int, folder: Path, wait: bool) -> None:
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:
         holder = (folder / LOCK_FILE).read_text(errors="replace") or "another process"
         raise CampaignError(

@@ -20,9 +20,18 @@ AIR_DENSITY = 1.2
 DRAG_COEFFICIENT = 0.47
 
 
-def statements(campaign: Campaign, model: Model) -> dict[str, list[Statement]]:
-    """`in` and `out`: lists of {what, reason}."""
-    return {"in": _modelled(campaign, model), "out": _left_out(campaign, model)}
+def statements(
+    campaign: Campaign, model: Model, of_decks: dict[str, list[Statement]]
+) -> dict[str, list[Statement]]:
+    """`in` and `out`: lists of {what, reason}.
+
+    Args:
+        of_decks: the same of what depends on the scene, from `deck_terms`.
+    """
+    return {
+        "in": _modelled(campaign, model) + of_decks["in"],
+        "out": _left_out(campaign, model) + of_decks["out"],
+    }
 
 
 def _say(what: str, reason: str) -> Statement:
@@ -34,11 +43,6 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
         _say(
             "Hertz-Mindlin contacts with damping", "Eqs. 16-21 of the paper; normal force of Hertz"
         ),
-        _say(
-            "tangential history and Coulomb's limit",
-            "no slip until mu F_n; sets lift and detachment",
-        ),
-        _say("rolling friction as a directional constant torque (cdt)", "Eq. 22 of the paper"),
         _say(
             "lifters as rigid rotating surfaces",
             "they throw the balls; moved exactly about the axis",
@@ -52,6 +56,9 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
     ]
     if model.study.kind == "multi-ball":
         said.append(_say("settling before rotation", "the bed at rest is the initial state"))
+        if model.simulated_length == model.length:
+            reason = "no slice asked for; the error of a shorter piece is not known beforehand"
+            said.append(_say("the whole length of the mill", reason))
         if campaign.ball.radius_std > 0.0:
             said.append(_say("normal distribution of ball radii", "given by the campaign"))
     if campaign.stiffness == "overlap-matched":
@@ -86,11 +93,18 @@ def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
                 + POLICY_REASONS[model.policy],
             )
         )
+    if model.simulated_length < model.length:
+        said.append(_say("the rest of the mill's length", _slice(campaign, model)))
     if model.study.kind == "single-ball":
         said.append(_say("other balls", "one ball alone, to test the law of detachment and flight"))
     elif campaign.ball.radius_std == 0.0:
         said.append(_say("spread of ball radii", "the paper does not give its standard deviation"))
     return said
+
+
+def _slice(campaign: Campaign, model: Model) -> str:
+    diameters = model.simulated_length / (2.0 * campaign.ball.radius)
+    return f"asked for: a periodic slice of {diameters:.3g} ball diameters stands for it"
 
 
 def _drag(campaign: Campaign) -> str:

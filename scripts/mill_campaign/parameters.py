@@ -8,6 +8,9 @@ from typing import Any
 
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
+# The engine takes a Young's modulus [Pa] beyond these for a slip of units unless told otherwise.
+SOFT_BELOW = 5e6
+HARD_ABOVE = 1e9
 
 
 def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
@@ -17,7 +20,6 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         case: content of case.json.
     """
     physical, mill, ball, time = (case[part] for part in ("physical", "mill", "ball", "time"))
-    centrifuging = case["allow_centrifuging"]
     x, y, z = ball.get("start_m", (0.0, 0.0, 0.0))
     return {
         "mill_radius_physical": physical["radius_m"],
@@ -27,16 +29,17 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         "scheme": case["scheme"],
         "policy": case["policy"],
         "time_factor": case["time_factor"],
-        "allow_centrifuging": "yes" if centrifuging else "no",
-        "centrifuging": "allow" if centrifuging else "refuse",
+        "centrifuging": "allow" if case["allow_centrifuging"] else "refuse",
         "ball_radius": ball["radius_m"],
         "ball_density": ball["density_kg_m3"],
         "ball_x": x,
         "ball_y": y,
         "ball_z": z,
         **_material(case["material"]),
+        **case["deck"],
         "mill_radius": mill["radius_m"],
         "wall": case["wall"]["kind"],
+        "shape": "lifters" if mill["lifters"] else "drum",
         "lifter_top_radius": mill["lifter_top_radius_m"],
         "lifter_top_width": mill["lifter_top_width_m"],
         "groove_width": mill["groove_width_m"],
@@ -60,7 +63,12 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
 
 
 def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
-    """Write parameters.in of a case to a folder.
+    """Write parameters.in of a case to a folder."""
+    (Path(folder) / FILE).write_text(parameters_text(case))
+
+
+def parameters_text(case: Mapping[str, Any]) -> str:
+    """parameters.in of a case.
 
     Variables are of style string: the engine prints other styles with 15 digits, which would not
     bring a number back exactly.
@@ -70,13 +78,16 @@ def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
         f"variable {name} string {value if isinstance(value, str) else repr(value)}"
         for name, value in parameters(case).items()
     ]
-    (Path(folder) / FILE).write_text("\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
-def _material(material: Mapping[str, Any]) -> dict[str, float]:
+def _material(material: Mapping[str, Any]) -> dict[str, float | str]:
     coefficients = ("restitution", "static_friction", "rolling_friction")
+    modulus = material["youngs_modulus_pa"]
     return {
-        "youngs_modulus": material["youngs_modulus_pa"],
+        "youngs_modulus": modulus,
+        "soft_particles": "yes" if modulus < SOFT_BELOW else "no",
+        "hard_particles": "yes" if modulus > HARD_ABOVE else "no",
         "poisson_ratio": material["poisson_ratio"],
         **{
             f"{name}_{pair}": material[f"{name}_{pair}"]

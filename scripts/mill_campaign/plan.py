@@ -10,8 +10,9 @@ from rich.table import Table
 
 from mill_campaign.case import Case, cases_of, turned_triangles
 from mill_campaign.config import Campaign
-from mill_campaign.cost import wall_time
+from mill_campaign.cost import most_ranks, wall_time
 from mill_campaign.display import duration
+from mill_campaign.machine import available_cores
 
 Row = dict[str, Any]
 
@@ -20,9 +21,12 @@ def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
     """One row for each case; SI units, the unit at the end of each key.
 
     Args:
-        ranks: MPI ranks to predict multi-ball cases for; the campaign's [run] ranks if None.
+        ranks: MPI ranks to predict multi-ball cases for; if None the campaign's [run] ranks, or
+            what this machine offers and the charges can be cut into.
     """
-    return [_row(case, ranks or campaign.ranks) for case in cases_of(campaign)]
+    cases = cases_of(campaign)
+    ranks = ranks or campaign.ranks or min(available_cores(), most_ranks(cases))
+    return [_row(case, ranks) for case in cases]
 
 
 def _row(case: Case, ranks: int) -> Row:

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
+from mill_campaign.cost import most_ranks
 from mill_campaign.display import status_table, watching
 from mill_campaign.engine_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from mill_campaign.errors import CampaignError, nearest
@@ -43,7 +44,7 @@ def request(file: Path, runs: Path, only: list[str], cores: CoreWish) -> Request
     """
     campaign = load_campaign(file)
     cases = _chosen(cases_of(campaign), only)
-    usual = CoreWish(campaign.ranks, campaign.jobs)
+    usual = CoreWish(campaign.ranks or most_ranks(cases), campaign.jobs)
     allocation = allocate({case.kind for case in cases}, cores, usual)
     return Request(file, tuple(cases), runs, allocation)
 

@@ -31,12 +31,11 @@ class Stage:
     deck: str = ""
 
 
-_MESH = Stage("mesh", (CASE_FILE,), ("liner.stl", "liner.vtp", "mesh.json"))
 _RESULT = Stage("result", (CASE_FILE, "series.csv", "timing.json"), (RESULT_FILE,))
 
 STAGES: dict[str, tuple[Stage, ...]] = {
     "single-ball": (
-        _MESH,
+        Stage("mesh", (CASE_FILE,), ("liner.stl", "mesh.json")),
         Stage("deck", (CASE_FILE, "mesh.json"), ("single_ball.in", "parameters.in")),
         Stage(
             "rotate",
@@ -47,7 +46,7 @@ STAGES: dict[str, tuple[Stage, ...]] = {
         _RESULT,
     ),
     "multi-ball": (
-        _MESH,
+        Stage("mesh", (CASE_FILE,), ("liner.stl", "liner.vtp", "mesh.json")),
         Stage("charge", (CASE_FILE, "mesh.json"), ("charge.data",)),
         Stage("deck", (CASE_FILE, "charge.data"), ("settle.in", "mill.in", "parameters.in")),
         Stage(

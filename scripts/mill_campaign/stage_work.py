@@ -45,14 +45,16 @@ class Task:
 
 
 def mesh(task: Task) -> None:
-    # Imported by this stage alone: gmsh takes a second to load.
+    """Mesh the liner: by gmsh if the engine takes the mesh, as bare panels if people look at it."""
     from liner_mesh import build_liner_mesh, lint, write_stl, write_vtp
     from liner_mesh.curvature import curvature_range_deg
     from mill_campaign.charge import liner_of
+    from mill_campaign.wall_panels import panels_of
 
     liner, wall = liner_of(task.case), task.case["wall"]
     length = task.case["mill"]["simulated_length_m"]
-    surface = build_liner_mesh(liner, length, wall["chord_error_m"], wall["axial_divisions"])
+    build = build_liner_mesh if wall["kind"] == "mesh" else panels_of
+    surface = build(liner, length, wall["chord_error_m"], wall["axial_divisions"])
     report = lint(surface, liner, length, wall["chord_error_m"])
     if not report.ok:
         raise RuntimeError(f"liner mesh not fit for use: {'; '.join(report.problems)}")
@@ -63,7 +65,8 @@ def mesh(task: Task) -> None:
         )
     _write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
     write_stl(task.part / "liner.stl", surface)
-    write_vtp(task.part / "liner.vtp", surface)
+    if task.case["kind"] == "multi-ball":
+        write_vtp(task.part / "liner.vtp", surface)
 
 
 def charge(task: Task) -> None:
@@ -77,7 +80,7 @@ def deck(task: Task) -> None:
 
     copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
     write_parameters(task.case, task.part)
-    if task.case["kind"] == "multi-ball":
+    if task.case["deck"]["dumps"] == "on":
         # The engine makes no folders: here for those who run the deck by hand.
         (task.part / DUMP_FOLDER).mkdir()
 
@@ -100,6 +103,34 @@ def engine(task: Task) -> None:
         (task.part / DUMP_FOLDER).rmdir()
 
 
+def settle(task: Task) -> None:
+    """Settle the charge, or take the bed of a case whose charge settles the same way."""
+    from mill_campaign.shared_settling import give, shared_bed, take
+
+    products = task.stage.products
+    with shared_bed(task.case, task.folder) as shared:
+        if shared and take(shared, task.part, products):
+            print(f"bed taken from {shared}")
+            return
+        engine(task)
+        _measure_bed(task)
+        if shared:
+            give(shared, task.part, products)
+
+
+def _measure_bed(task: Task) -> None:
+    """Add to settled.json what the bed is like."""
+    from mill_campaign import bed
+    from mill_campaign.charge import room_of
+
+    path, dump = task.part / task.stage.products[-1], task.part / bed.DUMP
+    record = json.loads(path.read_text())
+    _write_json(
+        path, record | {"settled_by": task.case["id"]} | bed.bed_record(dump, room_of(task.case))
+    )
+    dump.unlink()
+
+
 def result(task: Task) -> None:
     from mill_analysis import analyse_case
 
@@ -115,7 +146,7 @@ WORK: dict[str, Callable[[Task], None]] = {
     "mesh": mesh,
     "charge": charge,
     "deck": deck,
-    "settle": engine,
+    "settle": settle,
     "rotate": engine,
     "result": result,
 }

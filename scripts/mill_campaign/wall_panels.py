@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import mill_core
 import numpy as np
 
 from liner_mesh import LinerMesh, curvature_deg, default_chord_error
@@ -19,7 +20,8 @@ def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
         CampaignError: the panels are too slender for the engine.
     """
     wall = campaign.wall
-    panels = panels_of(model, chord_error(campaign, model), wall.axial_divisions)
+    error = chord_error(campaign, model)
+    panels = panels_of(model.liner, model.simulated_length, error, wall.axial_divisions)
     try:
         curvature = curvature_deg(panels)
     except ValueError as cause:
@@ -31,7 +33,7 @@ def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
         ) from None
     return {
         "kind": wall.kind,
-        "chord_error_m": chord_error(campaign, model),
+        "chord_error_m": error,
         "axial_divisions": wall.axial_divisions,
         "triangles": len(panels.triangles),
         "curvature_deg": curvature,
@@ -45,13 +47,19 @@ def chord_error(campaign: Campaign, model: Model) -> float:
     return campaign.wall.chord_error / model.S
 
 
-def panels_of(model: Model, error: float, axial_divisions: int) -> LinerMesh:
-    """The triangles the mesh stage will make, without gmsh: two for each panel and division."""
-    profile, kinds = model.liner.polygon(error)
+def panels_of(
+    liner: mill_core.Liner, length: float, error: float, axial_divisions: int
+) -> LinerMesh:
+    """The triangles gmsh would make, without it: two for each panel and division.
+
+    Args:
+        length: of the liner along the axis [m].
+        error: largest gap between arcs and panels [m].
+    """
+    profile, kinds = liner.polygon(error)
     n = len(profile)
     rings = [
-        np.insert(profile, 1, y, axis=1)
-        for y in np.linspace(0.0, model.simulated_length, axial_divisions + 1)
+        np.insert(profile, 1, y, axis=1) for y in np.linspace(0.0, length, axial_divisions + 1)
     ]
     one = np.arange(n)
     other = (one + 1) % n

@@ -30,9 +30,22 @@ def test_the_papers_single_ball_campaign_runs_six_mills_by_two_schemes_by_three_
 
 def test_the_papers_multi_ball_campaign_warns_of_its_step_where_beds_are_deep():
     rows = plan_rows(load_campaign(CAMPAIGNS / "paper-multi-ball.toml"))
-    assert len(rows) == 6 * 2
+    # Three seeds of the two cheapest models.
+    assert len(rows) == (6 + 2 * 2) * 2
     assert all(row["rotation_angle_rad"] == 8.0 for row in rows)
-    assert [bool(row["warnings"]) for row in rows if row["S"] in (1.0, 2.6)] == [True, False] * 2
+    first = [row for row in rows if row["seed"] == 1]
+    assert [bool(row["warnings"]) for row in first if row["S"] in (1.0, 2.6)] == [True, False] * 2
+
+
+def test_equal_filling_is_the_physical_count_over_s_cubed_in_the_same_mill():
+    equal = load_campaign(CAMPAIGNS / "multi-ball-equal-filling.toml")
+    paper = load_campaign(CAMPAIGNS / "paper-multi-ball.toml")
+    for part in ("mill", "liner", "ball", "material", "wall"):
+        assert getattr(equal, part) == getattr(paper, part)
+    rows = plan_rows(equal)
+    assert {row["S"] for row in rows} == {1.3, 1.696, 2.6}
+    assert all(row["balls"] == round(231461 / row["S"] ** 3) for row in rows)
+    assert sorted({row["seed"] for row in rows if row["S"] > 1.5}) == [1, 2, 3]
 
 
 def test_the_quick_campaign_holds_both_kinds_and_both_schemes_and_takes_minutes():

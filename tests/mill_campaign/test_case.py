@@ -48,6 +48,16 @@ def test_seeds_are_told_apart_only_if_there_are_several(tmp_path):
     assert {case["seed"] for case in several} == {3, 4}
 
 
+def test_dear_models_may_take_the_first_seed_only(tmp_path):
+    charge = {**MULTI_BALL["multi_ball"], "seeds": [3, 4], "seeds_from_S": 2.6}
+    found = cases(tmp_path, single_ball=None, multi_ball=charge)
+    assert [case.id for case in found if case["scheme"] == "constant-gravity"] == [
+        "mb-cg-paper-S1.000-seed3",
+        "mb-cg-paper-S2.600-seed3",
+        "mb-cg-paper-S2.600-seed4",
+    ]
+
+
 def test_a_case_holds_every_section_of_its_schema(tmp_path):
     for case in cases(tmp_path, **MULTI_BALL):
         assert set(case.document) >= SECTIONS
@@ -70,7 +80,7 @@ def test_every_case_turns_the_same_angle_and_waits_the_same_scaled_time(tmp_path
         step_angle = mill["omega_rad_s"] * time["step_s"]
         turned = time["rotation_steps"] * step_angle
         assert turned == pytest.approx(time["rotation_angle_rad"], abs=0.51 * step_angle)
-        wait = 0.1 if case.kind == "single-ball" else 1.2
+        wait = 0.1 if case.kind == "single-ball" else 0.8
         scaled_wait = wait * case["factors"]["time"]
         assert time["start_s"] == pytest.approx(scaled_wait, abs=0.51 * time["step_s"])
 
@@ -136,6 +146,16 @@ def test_a_slice_takes_its_share_of_the_balls(tmp_path):
     assert found["mb-cg-paper-S1.000"]["ball"]["count"] == 4000
     assert found["mb-cg-paper-S2.600"]["ball"]["count"] == 520
     assert found["mb-cg-paper-S2.600"]["mill"]["simulated_length_m"] == 0.2
+
+
+def test_a_slice_in_ball_diameters_is_the_same_slice(tmp_path):
+    charge = MULTI_BALL["multi_ball"]
+    metres, diameters = (
+        by_id(cases(tmp_path, multi_ball={**charge, "count": [20000, 1000], **given}))
+        for given in ({"slice_length_m": 0.2}, {"slice_diameters": 5.0})
+    )
+    for name, case in diameters.items():
+        assert case["digest"] == metres[name]["digest"]
 
 
 def test_filling_and_porosity_give_the_count_from_the_liner_area(tmp_path):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from paper_campaign import cases
 
+from mill_campaign.bed import bulk_fraction
 from mill_campaign.charge import (
     Packing,
     Room,
@@ -12,6 +13,7 @@ from mill_campaign.charge import (
     largest_overlap,
     liner_of,
     pack,
+    periodic_tree,
     write_charge,
     write_data,
 )
@@ -87,10 +89,45 @@ def test_radii_follow_the_distribution_asked_for():
 
 
 def test_more_balls_than_places_are_refused():
-    most = capacity(Room(LINER, 0.1, 4e-4), 0.02)
+    most = capacity(Room(LINER, 0.1, 4e-4), EQUAL)
     assert len(packed(EQUAL, most, 0.1).radii) == most
-    with pytest.raises(CampaignError, match=f"{most + 1} balls do not fit"):
-        packed(EQUAL, most + 1, 0.1)
+    with pytest.raises(CampaignError, match=f"{2 * most} balls do not fit"):
+        packed(EQUAL, 2 * most, 0.1)
+
+
+@pytest.mark.parametrize(("ball", "length"), [(EQUAL, 0.0401), (MIXED, 0.0999)], ids=str)
+def test_whatever_capacity_promises_finds_a_place(ball, length):
+    room = Room(LINER, length, 4e-4)
+    most = capacity(room, ball)
+    assert len(pack(room, ball, most, np.random.default_rng(3)).radii) == most
+
+
+def test_a_charge_lies_almost_as_dense_as_a_bed_and_level():
+    packing = packed(EQUAL, 13370, 0.3846)
+    found = bulk_fraction(Room(LINER, 0.3846), packing, np.random.default_rng(1))
+    # 0.55 asked for; 1e5 points, and a cut through balls at the margins of the block.
+    assert found == pytest.approx(0.55, abs=0.01)
+    # Level: in every column of x the highest ball lies within two diameters of the highest.
+    top = packing.centres[:, 2].max()
+    x = packing.centres[:, 0]
+    for left in np.arange(-1.0, 1.0, 0.2):
+        column = packing.centres[(x >= left) & (x < left + 0.2), 2]
+        assert column.max() > top - 0.08
+
+
+def test_a_packing_has_no_columns_and_rows():
+    """In a lattice the distances of close neighbours are few; here they are spread."""
+    packing = packed(EQUAL, 6000, 0.3846)
+    tree, _ = periodic_tree(packing)
+    distance = tree.query(tree.data, k=[2])[0][:, 0]
+    assert np.std(distance) > 1e-4
+    # Six-fold order of the projected neighbours: 1 in a hexagonal lattice seen along its columns, 0
+    # of random directions; four times the scatter of 6 neighbours of some 300 different balls.
+    inner = np.flatnonzero(np.abs(packing.centres[:, 2] + 1.2) < 0.1)
+    neighbours = tree.query(tree.data[inner], k=list(range(2, 8)))[1]
+    arm = packing.centres[neighbours] - packing.centres[inner][:, None]
+    order = np.abs(np.exp(6j * np.arctan2(arm[..., 2], arm[..., 0])).mean())
+    assert order < 0.1
 
 
 def test_a_plain_drum_is_filled_to_a_usual_level():

@@ -188,6 +188,36 @@ WRONG = {
         "longer than the shortest model",
         "<= 0.384615",
     ),
+    "a slice of more diameters than the mill": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_diameters": 12.5}},
+        "multi_ball.slice_diameters",
+        "makes 0.5 m, longer than the shortest model",
+        "<= 0.384615",
+    ),
+    "a slice given twice": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_diameters": 5, "slice_length_m": 0.2}},
+        "multi_ball.slice_length_m",
+        "and slice_diameters both given",
+        "one of the two",
+    ),
+    "a term nobody knows": (
+        {"model": {"force": ["roling"]}},
+        "model.force",
+        'nearest is "rolling"',
+        '"pair" or "rolling" or "history" or "dumps"',
+    ),
+    "seeds from an S beyond the models'": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "seeds": [1, 2], "seeds_from_S": 3.0}},
+        "multi_ball.seeds_from_S",
+        "got 3, with 2 seeds and S up to 2.6",
+        "several seeds",
+    ),
+    "one seed from some S": (
+        {"multi_ball": {**MULTI_BALL["multi_ball"], "seeds_from_S": 2.0}},
+        "multi_ball.seeds_from_S",
+        "with 1 seeds",
+        "several seeds",
+    ),
     "a slice thinner than a ball": (
         {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_length_m": 0.03}},
         "mill.length_m",

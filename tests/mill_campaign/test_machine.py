@@ -3,6 +3,7 @@
 import pytest
 
 from mill_campaign import machine
+from mill_campaign.cost import most_ranks
 from mill_campaign.errors import CampaignError
 from mill_campaign.machine import Allocation, CoreWish, allocate, available_cores, hardware
 
@@ -37,6 +38,17 @@ def test_usual_values_give_way_to_the_machine_and_to_what_is_asked():
 def test_more_cores_than_there_are_need_permission(asked):
     with pytest.raises(CampaignError, match=r"this machine offers 8; accepted: at most 8 in all"):
         allocate({"multi-ball"}, asked)
+
+
+def test_no_charge_is_cut_thinner_than_two_ball_diameters():
+    def case(kind, length):
+        return {"kind": kind, "mill": {"simulated_length_m": length}, "ball": {"radius_m": 0.02}}
+
+    charges = [case("multi-ball", length) for length in (1.0, 0.385)]
+    assert most_ranks(charges) == 4
+    assert most_ranks([case("multi-ball", 0.05)]) == 1
+    assert most_ranks([*charges, case("single-ball", 0.05)]) == 4
+    assert most_ranks([case("single-ball", 1.0)]) == 1
 
 
 def test_a_container_s_quota_lowers_the_cores(monkeypatch, tmp_path):

@@ -11,7 +11,9 @@ mill_radius_physical gravity_physical omega_physical S scheme policy time_factor
 ball_density youngs_modulus poisson_ratio restitution_pp restitution_pw static_friction_pp
 static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius lifter_top_radius lifters
 length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps curvature_deg
-liner_file settle_steps ball_x ball_y ball_z skin allow_centrifuging restart_steps
+liner_file settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
+tangential_model_pp tangential_model_pw rolling_model_pp rolling_model_pw soft_particles
+hard_particles
 """.split()  # noqa: SIM905
 )
 

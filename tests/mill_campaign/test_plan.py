@@ -76,7 +76,7 @@ def test_plan_reproduces_tables_6_and_7_to_their_printed_digits(single_ball_rows
 def test_plan_holds_the_counts_of_table_10():
     rows = plan_rows(load_campaign(CAMPAIGNS / "paper-multi-ball.toml"))
     for scheme in ("constant-gravity", "constant-speed"):
-        counts = [row["balls"] for row in of_scheme(rows, scheme)]
+        counts = [row["balls"] for row in of_scheme(rows, scheme) if row["seed"] == 1]
         assert counts == [int(row["particles"]) for row in table("table10_wall_time.csv")]
 
 
@@ -117,3 +117,4 @@ def test_rendered_plan_shows_every_case_its_warnings_and_what_is_left_out(tmp_pa
     assert "warning mb-cg-paper-S1.000" in text
     assert "left out:" in text
     assert "air drag" in text
+    assert "pair style, neighbour list, ghost balls: a single ball has no other to touch" in text

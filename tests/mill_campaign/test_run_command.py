@@ -56,7 +56,7 @@ def test_a_missing_product_runs_its_stage_and_the_later_ones_again(finished):
 
 
 def test_a_missing_product_of_an_early_stage_is_made_again(finished):
-    product = finished.case(SINGLE_BALLS[0]) / "liner.vtp"
+    product = finished.case(CHARGE) / "liner.vtp"
     product.unlink()
     assert finished("run").returncode == 0
     assert product.exists()

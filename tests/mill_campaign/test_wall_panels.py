@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from paper_campaign import MULTI_BALL, cases
 
-from liner_mesh import build_liner_mesh, curvature_deg
+from liner_mesh import build_liner_mesh, curvature_deg, lint
 from mill_campaign.charge import liner_of
-from mill_campaign.wall_panels import distance
+from mill_campaign.wall_panels import distance, panels_of
 
 
 @pytest.mark.parametrize("divisions", [1, 3])
@@ -17,6 +17,11 @@ def test_panels_are_those_of_the_mesh(tmp_path, divisions):
         mesh = build_liner_mesh(liner_of(case), length, wall["chord_error_m"], divisions)
         assert wall["triangles"] == len(mesh.triangles)
         assert wall["curvature_deg"] == pytest.approx(curvature_deg(mesh), rel=1e-9)
+        panels = panels_of(liner_of(case), length, wall["chord_error_m"], divisions)
+        assert lint(panels, liner_of(case), length, wall["chord_error_m"]).ok
+        # The same corners, whatever the order and the diagonals.
+        rounded = [np.unique(np.round(x.nodes, 9), axis=0) for x in (mesh, panels)]
+        np.testing.assert_allclose(*rounded, rtol=0.0, atol=2e-9)
 
 
 def test_a_plain_drum_is_one_surface(tmp_path):

@@ -63,13 +63,18 @@ class Ran:
 def run(folder: Path, deck: str, ranks: int = 1) -> Ran:
     """Run a deck in a folder."""
     (folder / "deck.in").write_text(deck)
+    return run_file(folder, "deck.in", ranks)
+
+
+def run_file(folder: Path, deck: str, ranks: int = 1) -> Ran:
+    """Run a deck that is a file of the folder."""
     line = ["mpirun", "-np", str(ranks), "--bind-to", "none", "--oversubscribe"] * (ranks > 1)
     # On a busy machine ranks that wait give way to those that work.
     environment = dict(os.environ) | {"OMPI_MCA_mpi_yield_when_idle": "1"}
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     done = subprocess.run(
-        [*line, str(find_engine()), "-in", "deck.in"],
+        [*line, str(find_engine()), "-in", deck],
         cwd=folder,
         env=environment,
         stdin=subprocess.DEVNULL,

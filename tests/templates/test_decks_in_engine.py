@@ -1,18 +1,16 @@
 """The decks as generated, in the engine: they run by hand; the fix derives what case.json says."""
 
 import json
-import os
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from mill_campaign.charge import write_charge
 from mill_campaign.decks import copy_decks
-from mill_campaign.engine_run import find_engine
 from mill_campaign.generate import generate
 from mill_campaign.parameters import write_parameters
 from mill_campaign.stage_work import Task, mesh
+from scene import run_file
 
 QUICK = Path(__file__).parents[2] / "campaigns" / "quick.toml"
 PUBLISHED = {
@@ -35,22 +33,9 @@ pytestmark = pytest.mark.engine
 
 
 def _run(folder, deck, ranks=1):
-    line = ["mpirun", "-np", str(ranks), "--bind-to", "none", "--oversubscribe"] * (ranks > 1)
-    environment = dict(os.environ)
-    if os.geteuid() == 0:
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    done = subprocess.run(
-        [*line, find_engine(), "-in", deck],
-        cwd=folder,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stdout[-2000:]
-    return done.stdout
+    done = run_file(folder, deck, ranks)
+    assert done.code == 0, done.text[-2000:]
+    return done.text
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +46,7 @@ def cases(tmp_path_factory):
     for long in ("rotation_angle_rad = 7.0", "rotation_angle_rad = 2.5"):
         assert long in short
         short = short.replace(long, "rotation_angle_rad = 0.02")
-    short = short.replace("settle_s = 1.2", "settle_s = 0.02")
+    short = short.replace("settle_s = 0.8", "settle_s = 0.02")
     short = short.replace("count = [13370]", "count = [2600]")
     (folder / "short.toml").write_text(short)
     return {case.id: case.document for case in generate(folder / "short.toml", folder / "runs")}

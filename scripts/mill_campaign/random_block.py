@@ -1,0 +1,86 @@
+"""A dense random packing of a block that repeats itself in all directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+# Radii are pushed apart as if larger by this share, so that the last true overlap goes in finite
+# time: overlaps of pushed balls only fade. Measured: 100 to 300 passes at the fractions of charge.
+INFLATION = 0.02
+PASSES = 600
+# Share of a pair's overlap that one pass takes away; balls are pushed from several sides at once.
+PUSH = 0.7
+# Pairs are listed up to so many reaches apart, and again when a ball has moved half the surplus.
+LISTED = 1.25
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Neighbours in a block: indices i, j, (m,) int; sums of their radii, (m,) float [m]."""
+
+    i: np.ndarray
+    j: np.ndarray
+    touching: np.ndarray
+
+
+def random_block(
+    radii: np.ndarray, sides: np.ndarray, random: np.random.Generator
+) -> np.ndarray | None:
+    """Centres (n, 3) [m] of balls that do not overlap, also across the periodic sides.
+
+    Balls thrown at random are pushed apart along their lines of centres until none overlap: a
+    random packing, without the rows and columns of a lattice.
+
+    Args:
+        radii: (n,) float [m].
+        sides: (3,) float, the periods, none shorter than the largest diameter [m].
+
+    Returns:
+        None if overlaps are left after `PASSES`: the block is too full.
+    """
+    centres = random.uniform(0.0, 1.0, (len(radii), 3)) * sides
+    reach = 2.0 * (1.0 + INFLATION) * float(radii.max())
+    pairs, listed = None, centres
+    for _ in range(PASSES):
+        if pairs is None or _farthest(centres, listed) > 0.5 * (LISTED - 1.0) * reach:
+            centres = wrapped(centres, sides)
+            pairs, listed = _pairs(centres, radii, sides, LISTED * reach), centres
+        apart = centres[pairs.i] - centres[pairs.j]
+        apart -= sides * np.round(apart / sides)
+        distance = np.maximum(np.linalg.norm(apart, axis=1), 1e-9 * reach)
+        if (distance >= pairs.touching).all():
+            return wrapped(centres, sides)
+        centres = centres + PUSH * _pushes(pairs, apart, distance, len(radii))
+    return None
+
+
+def wrapped(positions: np.ndarray, period: np.ndarray | float) -> np.ndarray:
+    """Positions in [0, period), also where rounding takes the remainder to the period."""
+    remainder = np.mod(positions, period)
+    return np.where(remainder >= period, 0.0, remainder)
+
+
+def _farthest(centres: np.ndarray, before: np.ndarray) -> float:
+    return float(np.linalg.norm(centres - before, axis=1).max())
+
+
+def _pairs(centres: np.ndarray, radii: np.ndarray, sides: np.ndarray, reach: float) -> Pairs:
+    tree = cKDTree(centres, boxsize=sides)
+    i, j = tree.query_pairs(reach, output_type="ndarray").T
+    return Pairs(i, j, radii[i] + radii[j])
+
+
+def _pushes(pairs: Pairs, apart: np.ndarray, distance: np.ndarray, count: int) -> np.ndarray:
+    """Displacement of each ball, (count, 3) float [m]: half of every overlap, from both sides."""
+    overlap = (1.0 + INFLATION) * pairs.touching - distance
+    close = overlap > 0.0
+    push = (0.5 * overlap[close] / distance[close])[:, None] * apart[close]
+    i, j = pairs.i[close], pairs.j[close]
+    sums = [
+        np.bincount(i, push[:, axis], count) - np.bincount(j, push[:, axis], count)
+        for axis in range(3)
+    ]
+    return np.column_stack(sums)

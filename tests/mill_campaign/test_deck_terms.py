@@ -1,0 +1,86 @@
+"""What enters the decks follows from the scene, and is said."""
+
+import pytest
+from paper_campaign import MULTI_BALL, cases
+
+from mill_campaign.config_keys import FORCIBLE
+
+NO_FRICTION = {
+    f"material__{kind}_friction_{pair}": 0.0
+    for kind in ("static", "rolling")
+    for pair in ("pp", "pw")
+}
+EVERYTHING = {
+    "pair": "gran",
+    "dumps": "on",
+    "tangential_model_pp": "history",
+    "tangential_model_pw": "history",
+    "rolling_model_pp": "cdt",
+    "rolling_model_pw": "cdt",
+}
+
+
+def of_kind(folder, kind, **changes):
+    return next(case for case in cases(folder, **MULTI_BALL, **changes) if case.kind == kind)
+
+
+def said(case, side):
+    return {entry["what"]: entry["reason"] for entry in case["model"][side]}
+
+
+def test_a_charge_with_friction_has_every_term(tmp_path):
+    assert of_kind(tmp_path, "multi-ball")["deck"] == EVERYTHING
+
+
+def test_a_single_ball_has_no_pair_style_and_no_dumps(tmp_path):
+    case = of_kind(tmp_path, "single-ball")
+    assert case["deck"] == EVERYTHING | {"pair": "none", "dumps": "off"}
+    out = said(case, "out")
+    assert (
+        "no other to touch"
+        in out["contacts between balls: pair style, neighbour list, ghost balls"]
+    )
+    assert "dumps of all balls" in out
+
+
+@pytest.mark.parametrize("pair", ["pp", "pw"])
+@pytest.mark.parametrize("wall", ["mesh", "analytic"])
+def test_a_coefficient_of_zero_takes_its_term_out_where_it_is_zero(tmp_path, pair, wall):
+    changes = {f"material__rolling_friction_{pair}": 0.0, f"material__static_friction_{pair}": 0.0}
+    case = of_kind(tmp_path, "multi-ball", wall__kind=wall, **changes)
+    # fix wall/mill has no other tangential model, and says so.
+    stays = pair == "pw" and wall == "analytic"
+    assert case["deck"] == EVERYTHING | {
+        f"rolling_model_{pair}": "off",
+        f"tangential_model_{pair}": "history" if stays else "no_history",
+    }
+    reasons = {**said(case, "in"), **said(case, "out")}.values()
+    assert any(f"rolling_friction_{pair} is 0" in reason for reason in reasons)
+    assert any(f"static_friction_{pair} is 0" in reason for reason in reasons)
+
+
+@pytest.mark.parametrize("kind", ["single-ball", "multi-ball"])
+def test_whatever_is_forced_is_in_and_says_so(tmp_path, kind):
+    changes = {**NO_FRICTION, "wall__kind": "mesh"}
+    bare = of_kind(tmp_path, kind, **changes)["deck"]
+    assert all(bare[name] != EVERYTHING[name] for name in EVERYTHING if name[-2:] in ("pp", "pw"))
+    full = of_kind(tmp_path, kind, model__force=list(FORCIBLE), **changes)
+    assert full["deck"] == EVERYTHING
+    forced = [reason for reason in said(full, "in").values() if "[model] force" in reason]
+    assert len(forced) == sum(bare[name] != EVERYTHING[name] for name in EVERYTHING)
+    assert of_kind(tmp_path, kind, model__force=["rolling"], **changes)["deck"] == bare | {
+        "rolling_model_pp": "cdt",
+        "rolling_model_pw": "cdt",
+    }
+
+
+def test_forcing_a_term_makes_another_case(tmp_path):
+    plain, forced = (
+        of_kind(tmp_path, "single-ball", **change) for change in ({}, {"model__force": ["pair"]})
+    )
+    assert plain["digest"] != forced["digest"]
+
+
+def test_nothing_is_said_of_balls_that_do_not_meet(tmp_path):
+    case = of_kind(tmp_path, "single-ball", **NO_FRICTION)
+    assert not any("between balls," in what for side in ("in", "out") for what in said(case, side))
