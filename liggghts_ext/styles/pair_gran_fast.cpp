@@ -28,14 +28,15 @@ namespace {
 
 namespace models = LIGGGHTS::ContactModels;
 constexpr int surface_fast = 62;  // of 64; the engine's own surface models are below 10
+constexpr const char* tangential_models[] = {"off", "no_history", "history"};
 constexpr const char* style_name = "pair_style gran ... surface fast";
 
-/// Of hertz with or without tangential history and constant directional torque.
-int64_t hash_of(bool history, bool rolling)
+/// Of hertz with a tangential model and with or without constant directional torque.
+int64_t hash_of(const char* tangential, bool rolling)
 {
   models::Factory& known = models::Factory::instance();
   return LIGGGHTS::Utils::generate_gran_hashcode(
-      known.getNormalModelId("hertz"), known.getTangentialModelId(history ? "history" : "off"),
+      known.getNormalModelId("hertz"), known.getTangentialModelId(tangential),
       known.getCohesionModelId("off"), known.getRollingModelId(rolling ? "cdt" : "off"),
       surface_fast);
 }
@@ -51,9 +52,9 @@ void PairGranFast::add_to_engine()
 {
   models::Factory::instance().addSurfaceModel("fast", surface_fast);
   auto& pair_styles = LIGGGHTS::PairStyles::Factory::instance();
-  for (const bool history : {false, true})
+  for (const char* tangential : tangential_models)
     for (const bool rolling : {false, true})
-      pair_styles.addStyle("gran", static_cast<int>(hash_of(history, rolling)), &create);
+      pair_styles.addStyle("gran", static_cast<int>(hash_of(tangential, rolling)), &create);
 }
 
 PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
@@ -64,8 +65,13 @@ PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
       shown_(engine),
       shown_history_(engine)
 {
-  terms_.history = hash == hash_of(true, false) || hash == hash_of(true, true);
-  terms_.rolling = hash == hash_of(false, true) || hash == hash_of(true, true);
+  for (const char* tangential : tangential_models)
+    for (const bool rolling : {false, true})
+      if (hash == hash_of(tangential, rolling)) {
+        tangential_ = tangential;
+        terms_.history = tangential_ == "history";
+        terms_.rolling = rolling;
+      }
 }
 
 PairGranFast::~PairGranFast()
@@ -118,12 +124,29 @@ void PairGranFast::init_granular()
   refuse_what_is_not_covered();
   laws_.clear();
   try {
-    for (const TypePair& law : contact_laws(lmp, style_name, terms_.history, terms_.rolling))
+    const auto laws = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
+    for (const TypePair& law : laws)
       laws_.push_back(contact::ball_law(law.youngs_modulus, law.shear_modulus, law.damping,
                                         law.sliding, law.rolling));
+    if (tangential_ == "no_history") refuse_friction_of_balls();
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
   }
+}
+
+/// Without memory there is no spring; ours is right then only where no friction acts at all.
+void PairGranFast::refuse_friction_of_balls()
+{
+  const int types = atom->ntypes;
+  std::vector<int> of_ball(types, 0);
+  for (int i = 0; i < atom->nlocal; ++i) of_ball[atom->type[i] - 1] = 1;
+  MPI_Allreduce(MPI_IN_PLACE, of_ball.data(), types, MPI_INT, MPI_MAX, world);
+  for (int a = 0; a < types; ++a)
+    for (int b = 0; b < types; ++b)
+      if (of_ball[a] && of_ball[b] && laws_[a * types + b].sliding > 0.0)
+        throw std::invalid_argument(
+            "does not cover `tangential no_history` with friction between "
+            "balls; use `history`, or leave out `surface fast`");
 }
 
 void PairGranFast::refuse_what_is_not_covered()
@@ -273,7 +296,7 @@ int PairGranFast::get_history_offset(const std::string)
 bool PairGranFast::contact_match(const std::string type, const std::string model)
 {
   if (type == "model") return model == "hertz";
-  if (type == "tangential") return model == (terms_.history ? "history" : "off");
+  if (type == "tangential") return model == tangential_;
   if (type == "rolling_friction") return model == (terms_.rolling ? "cdt" : "off");
   if (type == "cohesion") return model == "off";
   return type == "surface" && model == "fast";

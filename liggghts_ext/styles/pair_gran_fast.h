@@ -2,6 +2,7 @@
 #define LMP_PAIR_GRAN_FAST_H
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "granular_pair_style.h"
@@ -35,6 +36,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
 
  private:
   void refuse_what_is_not_covered();
+  void refuse_friction_of_balls();
   void build_list();
   void recall_memories();
   void show_list_to_engine();
@@ -42,6 +44,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
 
   class PairGran* pair_;
   int64_t hash_;
+  std::string tangential_;
   millscale::contact::BallTerms terms_;
   bool forget_apart_ = true;
   millscale::pairs::Kernel kernel_;

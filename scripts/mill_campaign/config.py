@@ -112,7 +112,7 @@ class Study:
 class Campaign:
     """Everything a campaign file says.
 
-    `force` names what the decks have although the scene does not need it; `warnings` are what the
+    `contacts` says who evaluates those between balls, `fast` or `stock`; `force` names what the decks have although the scene does not need it; `warnings` are what the
     file says that is not used; `ranks` and `jobs` None leave it to the machine.
     """
 
@@ -125,6 +125,7 @@ class Campaign:
     material: Material
     wall: Wall
     stiffness: str
+    contacts: str
     force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None

@@ -47,6 +47,7 @@ def load_campaign(path: str | Path) -> Campaign:
         material=_material(path, sections["material"]),
         wall=Wall(**_renamed(sections["wall"], chord_error_m="chord_error")),
         stiffness=scaling["stiffness"],
+        contacts=sections["model"]["contacts"],
         force=sections["model"]["force"],
         time_factor=scaling["time_factor"],
         time_exponent=scaling["time_exponent"],

@@ -22,6 +22,8 @@ KINDS: Final = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
 ADVISED: Final = "advised"
 # Terms of the decks that a scene may do without (deck_terms decides), and `force` puts in.
 FORCIBLE: Final = ("pair", "rolling", "history", "dumps")
+# Contacts of balls: our kernels or the engine's; the word of its pair style that picks them.
+SURFACES: Final = {"fast": "fast", "stock": "default"}
 
 
 @dataclass(frozen=True)
@@ -191,6 +193,13 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         "axial_divisions": Key("integer", "panels along the axis", 1, least=1, most=1000),
     },
     "model": {
+        "contacts": Key(
+            "text",
+            "who evaluates the contacts between balls, to the same law: our kernels, or stock "
+            "LIGGGHTS",
+            "fast",
+            choices=tuple(SURFACES),
+        ),
         "force": Key(
             "text",
             "what the decks model although the scene does not need it",
@@ -204,7 +213,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         "rest_s": Key("number", "rest before rotation, physical mill [s]", 0.1, least=0.0),
     },
     "multi_ball": {
-        **_study(step=ADVISED, sample=0.02, restart=1.0),
+        **_study(step=ADVISED, sample=0.01, restart=1.0),
         "settle_s": _positive("settling before rotation, physical mill [s]", 0.8),
         "count": Key("integer", "balls in the whole length of each model", least=1, many=True),
         "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from mill_campaign.config import Campaign
+from mill_campaign.config_keys import SURFACES
 from mill_campaign.law import Model
 
 BETWEEN = {"pp": "between balls", "pw": "of ball and wall"}
@@ -60,9 +61,10 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term]) -> dict[str, str]:
-    """The part `deck` of a case.json: value of each switch."""
-    return {term.switch: term.values[term.inside] for term in terms}
+def deck_part(terms: list[Term], contacts: str) -> dict[str, str]:
+    """The part `deck` of a case.json: value of each switch, and who evaluates contacts."""
+    switches = {term.switch: term.values[term.inside] for term in terms}
+    return switches | {"surface": SURFACES[contacts]}
 
 
 def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:

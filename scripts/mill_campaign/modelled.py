@@ -56,6 +56,7 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
     ]
     if model.study.kind == "multi-ball":
         said.append(_say("settling before rotation", "the bed at rest is the initial state"))
+        said.append(_contacts(campaign))
         if model.simulated_length == model.length:
             reason = "no slice asked for; the error of a shorter piece is not known beforehand"
             said.append(_say("the whole length of the mill", reason))
@@ -69,6 +70,12 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
             )
         )
     return said
+
+
+def _contacts(campaign: Campaign) -> Statement:
+    if campaign.contacts == "stock":
+        return _say("contacts between balls evaluated by stock LIGGGHTS", "asked for")
+    return _say("contacts between balls evaluated by our kernels", "the same law in less time")
 
 
 def _wall(campaign: Campaign) -> Statement:
