@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mill_analysis import comparison, paper
+from mill_analysis.charge_comparison import ChargeComparison, compare_charges
+from mill_analysis.charge_models import Charge
 from mill_analysis.checks import campaign_checks
 from mill_analysis.run_folder import (
     SCHEMA,
@@ -57,6 +59,11 @@ class Campaign:
         return [_charge_row(case) for case in self.charges]
 
     @cached_property
+    def comparison(self) -> ChargeComparison:
+        """Every multi-ball case against the physical mill; reads their dumps."""
+        return compare_charges([Charge(self.name, case) for case in self.charges])
+
+    @cached_property
     def checks(self) -> dict[str, Row]:
         return campaign_checks(self.rows, self.fits, self.charges, self.missing)
 
@@ -82,6 +89,8 @@ class Campaign:
                 for scheme, window in windows.items()
             },
             "multi_ball": self.charge_rows,
+            "charge_errors": self.comparison.rows,
+            "charge_schemes": self.comparison.schemes,
             "checks": self.checks,
             "missing": self.missing,
         }

@@ -200,7 +200,7 @@ def _of_shape(shape: Shape | None) -> Row:
 
 
 def _mean_of_second_half(charge: Charge, column: str) -> float | None:
-    if column not in charge.series:
+    if not charge.has(column):
         return None
     angle = charge.series["mill_angle_rad"]
     return float(np.mean(charge.series[column][angle >= 0.5 * angle[-1]]))
@@ -213,9 +213,7 @@ def _not_measured(charge: Charge, shape: Shape | None) -> list[str]:
         said.append("contour, curtains: no dump at the mill angle at which shapes are compared")
     elif shape.curtains is None:
         said.append(f"curtains: {shape.problem}")
-    absent = [
-        name for name in ("box_fixed_mass_fraction", *SERIES_MEANS) if name not in charge.series
-    ]
+    absent = [name for name in ("box_fixed_mass_fraction", *SERIES_MEANS) if not charge.has(name)]
     if absent:
         said.append(f"series.csv has no column {', '.join(absent)}")
     return said

@@ -68,7 +68,7 @@ def flow_errors(charge: Charge, reference: Charge) -> Errors:
     None for series without it. Keys: FLOW_ERRORS."""
     errors: Errors = dict.fromkeys(FLOW_ERRORS)
     for frame, column in FRAMES.items():
-        if column not in charge.series or column not in reference.series:
+        if not (charge.has(column) and reference.has(column)):
             continue
         ours, theirs = charge.series, reference.series
         compared = compare_flow(

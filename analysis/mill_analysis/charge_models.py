@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from mill_analysis.comparison import is_physical
 from mill_analysis.run_folder import SERIES, FinishedCase
 from mill_analysis.series import Series, read_series
@@ -36,6 +38,10 @@ class Charge:
     @cached_property
     def series(self) -> Series:
         return read_series(self.finished.folder / SERIES, "multi-ball")
+
+    def has(self, column: str) -> bool:
+        """Whether the series has a column; of nan is as good as none: a plain drum has no box."""
+        return column in self.series and bool(np.isfinite(self.series[column]).all())
 
     @property
     def id(self) -> str:

@@ -193,7 +193,7 @@ def test_pictures_are_at_round_mill_angles(runs, monkeypatch, tmp_path, end, ang
     case.result["rotation_angle_rad"] = end
     asked = []
     monkeypatch.setattr(report_figures, "draw_pictures", lambda *a: asked.extend(a[1]) or [])
-    monkeypatch.setattr(report_figures, "_save", lambda *a: None)
+    monkeypatch.setattr(report_figures, "save_image", lambda *a: None)
     report_figures.charge_images(case, tmp_path)
     assert asked == angles
 
