@@ -78,7 +78,7 @@ def _of_scheme(
         caption = f"Fig. 12: {words(scheme)}, {comparison.last_angle:.4g} rad"
         images.curtains.append(save_image(figure, to / f"fig12-{scheme}.png", caption))
     else:
-        images.problems += sorted({f"Fig. 12, {c.id}: {last[c.key].problem}" for c in known})
+        images.problems.extend(sorted({f"Fig. 12, {c.id}: {last[c.key].problem}" for c in known}))
 
 
 def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
