@@ -207,7 +207,7 @@ def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
     page = Page(build_report(tmp_path / "runs").read_text())
     assert page.open == []
     assert "runs" in page.text
-    assert len(page.images) == 4
+    assert len(page.images) == 7  # with Figs. 9, 11, Table 10
 
 
 def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeypatch):
@@ -220,3 +220,21 @@ def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeyp
     table = table[: table.index("</table>")]
     for policy in ("paper", "corrected", "offset-liner"):
         assert table.count(f'<td class="text">{policy}</td>') == 2  # once a scheme
+
+
+def test_charges_are_compared_with_the_physical_mill(throws, tmp_path, monkeypatch):
+    shutil.copytree(throws, tmp_path / "runs")
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    index = build_report(tmp_path / "runs")
+    page = Page(index.read_text())
+    assert page.open == []
+    shapes = page.text[page.text.index("Charge of scaled mills") :]
+    for words in ("Speed against error", "reference", "constant speed", "mb-cg-paper-S1.000"):
+        assert words in shapes
+    assert "None" not in page.text
+    assert "nan" not in shapes
+    assert [image["alt"] for image in page.images if image["alt"].startswith("Fig. 12")]
+    results = json.loads((index.parent / "results.json").read_text())
+    assert len(results["charge_errors"]) == 4
+    assert len(results["charge_schemes"]) == 1
