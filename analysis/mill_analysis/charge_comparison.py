@@ -8,22 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from mill_analysis.charge_errors import (
-    FLOW_ERRORS,
-    SHAPE_ERRORS,
-    flow_errors,
-    mean_known,
-    power_error,
-    shape_errors,
-)
+from mill_analysis.charge_errors import shape_errors
 from mill_analysis.charge_models import Charge, pairs, reference_of, seeds_of
+from mill_analysis.charge_rows import Last, all_errors, charge_row
+from mill_analysis.dumps import read_dump
+from mill_analysis.run_folder import RunFolderError
 from mill_analysis.seed_spread import with_seed_spread
-from mill_analysis.shapes import Shape, case_shapes, contour_grid, wanted_angles
+from mill_analysis.shapes import Shape, shape_of, snapshots_at, wanted_angles
+from mill_analysis.snapshots import Snapshot
 
 Row = dict[str, Any]
 Key = tuple[str, str]
 CONTOURS_DRAWN = 4
-SERIES_MEANS = ("toe_angle_rad", "shoulder_angle_rad")
 
 
 @dataclass(frozen=True)
@@ -53,23 +49,28 @@ def compare_charges(charges: Sequence[Charge]) -> ChargeComparison:
     besides those to draw."""
     charges = list(charges)
     compared = _compared_pairs(charges)
-    end = max((charge.result["rotation_angle_rad"] for charge in charges), default=0.0)
-    angles = wanted_angles(end)
-    drawn = _drawn_angles(charges)
+    snapshots = {charge.key: _snapshots(charge) for charge in charges}
+    drawn = _drawn_angles(list(snapshots.values()))
     kept: dict[float, dict[Key, Shape]] = {}
     errors: dict[tuple[Key, Key], dict[float, Row]] = {pair: {} for pair in compared}
-    for angle in angles:
-        shapes = _shapes_at(charges, angle)
+    problems: dict[Key, list[str]] = {charge.key: [] for charge in charges}
+    for angle in sorted(set().union(*snapshots.values())):
+        shapes = _shapes_at(angle, charges, snapshots, problems)
         for ours, theirs in compared:
             if ours in shapes and theirs in shapes:
                 errors[ours, theirs][angle] = shape_errors(shapes[ours], shapes[theirs])
         if angle in drawn:
             kept[angle] = shapes
-    last = kept[max(kept)] if kept else {}
-    whole = {pair: _all_errors(*charges_of, errors[pair]) for pair, charges_of in compared.items()}
-    rows = [_row(charge, charges, whole, last.get(charge.key)) for charge in charges]
+    last = max(kept, default=None)
+    whole = {pair: all_errors(*both, errors[pair]) for pair, both in compared.items()}
+    rows = [
+        charge_row(charge, charges, whole, Last(last, kept.get(last, {}).get(charge.key)))
+        for charge in charges
+    ]
+    for row, charge in zip(rows, charges, strict=True):
+        row["not_measured"] += problems[charge.key]
     with_seed_spread(rows, charges, whole)
-    return ChargeComparison(charges, rows, _scheme_rows(charges, whole), kept)
+    return ChargeComparison(charges, rows, _scheme_rows(charges, whole, rows), kept)
 
 
 def twin_of(charge: Charge, charges: Sequence[Charge]) -> Charge | None:
@@ -98,129 +99,44 @@ def _compared_pairs(charges: list[Charge]) -> dict[tuple[Key, Key], tuple[Charge
     return {(a.key, b.key): (a, b) for a, b in found if b is not None and b is not a}
 
 
-def _drawn_angles(charges: list[Charge]) -> set[float]:
-    """CONTOURS_DRAWN angles, evenly to the last that every charge has reached."""
-    shortest = min((charge.result["rotation_angle_rad"] for charge in charges), default=0.0)
-    angles = wanted_angles(shortest)
-    if not angles:
-        return set()
+def _snapshots(charge: Charge) -> dict[float, Snapshot]:
+    try:
+        return snapshots_at(charge.finished, wanted_angles(charge.result["rotation_angle_rad"]))
+    except RunFolderError:  # no dumps: the row says that nothing was measured
+        return {}
+
+
+def _drawn_angles(snapshots: list[dict[float, Snapshot]]) -> set[float]:
+    """CONTOURS_DRAWN angles, evenly to the last at which every charge with dumps has one."""
+    known = [set(found) for found in snapshots if found]
+    angles = sorted(set.intersection(*known) or set.union(*known)) if known else []
     steps = np.linspace(0, len(angles), CONTOURS_DRAWN + 1)[1:]
-    return {angles[max(0, round(step) - 1)] for step in steps}
+    return {angles[max(0, round(step) - 1)] for step in steps} if angles else set()
 
 
-def _shapes_at(charges: list[Charge], angle: float) -> dict[Key, Shape]:
+def _shapes_at(
+    angle: float,
+    charges: list[Charge],
+    snapshots: dict[Key, dict[float, Snapshot]],
+    problems: dict[Key, list[str]],
+) -> dict[Key, Shape]:
+    """Shapes of all charges with a dump at a mill angle; a dump that cannot be read is noted."""
     shapes = {}
     for charge in charges:
-        if angle <= charge.result["rotation_angle_rad"] + 0.1:
-            shape = case_shapes(charge.finished, [angle]).get(angle)
-            if shape is not None:
-                shapes[charge.key] = shape
+        snapshot = snapshots[charge.key].get(angle)
+        if snapshot is None:
+            continue
+        try:
+            shapes[charge.key] = shape_of(read_dump(snapshot.path), snapshot, charge.case)
+        except RunFolderError as error:
+            problems[charge.key].append(str(error))
     return shapes
 
 
-def _all_errors(charge: Charge, reference: Charge, by_angle: dict[float, Row]) -> Row:
-    """Errors of one charge against another: shapes at the last common mill angle and in the mean
-    over the second half of the rotation, mass flow, power."""
-    last = max(by_angle, default=None)
-    at_last = by_angle[last] if last is not None else shape_errors(None, None)
-    steady = {angle: row for angle, row in by_angle.items() if angle >= 0.5 * last}
-    return {
-        "mill_angle_rad": last,
-        **at_last,
-        "mean_over_angles": {
-            "from_rad": min(steady, default=None),
-            "to_rad": last,
-            "angles": len(steady),
-            **{key: mean_known(row[key] for row in steady.values()) for key in SHAPE_ERRORS},
-        },
-        **flow_errors(charge, reference),
-        "power_error": power_error(charge, reference),
-    }
-
-
-def _row(charge: Charge, charges: list[Charge], errors: dict, shape: Shape | None) -> Row:
-    case, reference = charge.case, reference_of(charge, charges)
-    measured = errors.get((charge.key, reference.key), _no_errors(shape))
-    same_ranks = charge.timing["ranks"] == reference.timing["ranks"]
-    series_means = {name: _mean_of_second_half(charge, name) for name in SERIES_MEANS}
-    return {
-        "campaign": charge.campaign,
-        **{key: case[key] for key in ("id", "scheme", "policy", "S", "seed")},
-        "stiffness": charge.stiffness,
-        "balls": case["ball"]["count"],
-        "total_mass_kg": charge.mass,
-        "balls_per_length_scaled_1_m": charge.filling,
-        "simulated_length_m": case["mill"]["simulated_length_m"],
-        "reference": reference.id,
-        "reference_campaign": reference.campaign,
-        "reference_S": reference.S,
-        "is_reference": reference is charge,
-        "wall_time_s": charge.timing["wall_time_s"],
-        "ranks": charge.timing["ranks"],
-        "speed_up": reference.timing["wall_time_s"] / charge.timing["wall_time_s"]
-        if same_ranks
-        else None,
-        "power_W": charge.result["mean"]["power_W"],
-        "power_dimensionless": charge.result["dimensionless"]["power"],
-        "max_overlap": charge.result["largest_overlap_over_radius"],
-        **series_means,
-        "contour_resolution": contour_grid(case).resolution,
-        **_of_shape(shape),
-        **measured,
-        "not_measured": _not_measured(charge, shape),
-    }
-
-
-def _no_errors(shape: Shape | None) -> Row:
-    """The errors of a reference: none."""
-    return {
-        "mill_angle_rad": shape.mill_angle if shape else None,
-        **shape_errors(None, None),
-        "mean_over_angles": None,
-        **dict.fromkeys(FLOW_ERRORS),
-        "power_error": None,
-    }
-
-
-def _of_shape(shape: Shape | None) -> Row:
-    """What a shape says by itself: distance of the two methods' surfaces, the curtains."""
-    if shape is None:
-        return {"bulk_fraction": None, "contour_second_method": None, "curtains": None}
-    curtains = None
-    if shape.curtains is not None:
-        curtains = {
-            str(n): {"lifter": c.lifter, "balls": len(c.centres), "width": c.width}
-            for n, c in shape.curtains.items()
-        }
-    return {
-        "bulk_fraction": shape.contour.bulk_fraction,
-        "contour_second_method": shape.method_distance,
-        "curtains": curtains,
-    }
-
-
-def _mean_of_second_half(charge: Charge, column: str) -> float | None:
-    if not charge.has(column):
-        return None
-    angle = charge.series["mill_angle_rad"]
-    return float(np.mean(charge.series[column][angle >= 0.5 * angle[-1]]))
-
-
-def _not_measured(charge: Charge, shape: Shape | None) -> list[str]:
-    """What a row lacks, and why."""
-    said = []
-    if shape is None:
-        said.append("contour, curtains: no dump at the mill angle at which shapes are compared")
-    elif shape.curtains is None:
-        said.append(f"curtains: {shape.problem}")
-    absent = [name for name in ("box_fixed_mass_fraction", *SERIES_MEANS) if not charge.has(name)]
-    if absent:
-        said.append(f"series.csv has no column {', '.join(absent)}")
-    return said
-
-
-def _scheme_rows(charges: list[Charge], errors: dict) -> list[Row]:
-    """Constant speed against constant gravity at the same S, stiffness and seed."""
+def _scheme_rows(charges: list[Charge], errors: dict, of_charges: list[Row]) -> list[Row]:
+    """Constant speed against constant gravity at the same S, stiffness and seed, with what two
+    seeds of the latter differ by."""
+    spread = {(row["campaign"], row["id"]): row["between_seeds"] for row in of_charges}
     rows = []
     for charge in charges:
         twin = twin_of(charge, charges)
@@ -239,7 +155,7 @@ def _scheme_rows(charges: list[Charge], errors: dict) -> list[Row]:
                     for name in ours
                 },
                 **measured,
-                "between_seeds": None,
+                "between_seeds": spread[twin.key],
             }
         )
     return rows

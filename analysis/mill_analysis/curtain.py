@@ -1,4 +1,4 @@
-"""Curtains (Fig. 12): the balls in flight that left the same lifter at the same passage.
+"""Curtains (Fig. 12): the balls in flight that the same lifter carried last.
 
 Lengths are over R - a. Angles from the vertical are 0 at the top and positive on the rising side.
 """
@@ -80,39 +80,34 @@ def longest_flight(froude: float) -> float:
     return froude * (1.0 + np.sqrt(1.0 + 4.0 / froude))
 
 
-def thrown(
-    state: np.ndarray, flights: np.ndarray, begun: np.ndarray, mill_angle: float, longest: float
+def may_have_thrown(
+    lifter: np.ndarray, lifters: Lifters, mill_angle: float, longest: float
 ) -> np.ndarray:
-    """(n,) bool: balls in the flight that was last recorded for them.
-
-    A ball that now touches nothing but whose last flight began longer ago than any flight lasts
-    rattles in the bed.
+    """(n,) bool: lifters that stood above the axis on the rising side no longer ago than a flight
+    lasts. Balls that any other carried last are tumbling in the toe or have not been lifted.
 
     Args:
-        state, flights, begun: (n,) float of compute mill/detach: state, flights so far, mill angle
-            at which the last began [rad].
+        lifter: (n,) float.
         mill_angle: now [rad].
         longest: of `longest_flight` [rad].
     """
-    age = mill_angle - begun
-    return (state == IN_FLIGHT) & (flights > 0.0) & (age >= 0.0) & (age <= longest)
+    past_axis = 0.5 * np.pi - lifters.angle_from_vertical(lifter, mill_angle)
+    return np.mod(past_axis, 2.0 * np.pi) <= 0.5 * np.pi + longest
 
 
 def curtains(
-    centres: np.ndarray, lifter: np.ndarray, begun: np.ndarray, lifters: Lifters, mill_angle: float
+    centres: np.ndarray, lifter: np.ndarray, lifters: Lifters, mill_angle: float
 ) -> list[Curtain]:
-    """The curtains by number. Only flights from lifters above the axis make one; those of the toe
-    are rebounds. Fewer than FEWEST_BALLS balls have no profile.
+    """The curtains by number; of fewer than FEWEST_BALLS balls there is no profile.
 
     Args:
-        centres: (n, 2) float [x, z] of thrown balls outside the bed.
-        lifter, begun: (n,) float: the lifter left and the mill angle then [rad].
+        centres: (n, 2) float [x, z] of balls in flight outside the bed.
+        lifter: (n,) float, the one that carried each last.
         mill_angle: now [rad].
     """
-    high = np.abs(lifters.angle_from_vertical(lifter, begun)) <= 0.5 * np.pi
     found = []
-    for which in np.unique(lifter[high]):
-        balls = centres[high & (lifter == which)]
+    for which in np.unique(lifter):
+        balls = centres[lifter == which]
         if len(balls) >= FEWEST_BALLS:
             found.append(_curtain(int(which), lifters.number(which, mill_angle), balls))
     return sorted(found, key=lambda curtain: curtain.number)

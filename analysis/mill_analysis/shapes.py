@@ -11,8 +11,15 @@ from scipy.spatial import cKDTree
 
 from mill_analysis.contour import Contour, first_gaps, surface_contour
 from mill_analysis.cross_section import liner_outline
-from mill_analysis.curtain import Curtain, Lifters, curtains, longest_flight, thrown
-from mill_analysis.dumps import Dump, read_dump
+from mill_analysis.curtain import (
+    IN_FLIGHT,
+    Curtain,
+    Lifters,
+    curtains,
+    longest_flight,
+    may_have_thrown,
+)
+from mill_analysis.dumps import Dump
 from mill_analysis.run_folder import FinishedCase, RunFolderError
 from mill_analysis.shape_comparison import points_along
 from mill_analysis.snapshots import Snapshot, snapshots_near
@@ -21,7 +28,7 @@ from mill_analysis.solid_fraction import RESOLUTION, Grid, value_at
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
 KERNEL_OVER_BALL_RADIUS = 1.5  # at least: below, single balls show
-STATE, FLIGHTS, BEGUN, LIFTER = (f"c_detach[{k}]" for k in (1, 12, 14, 15))
+STATE, CARRIER = "c_detach[1]", "c_detach[24]"  # of compute mill/detach: docs/styles.md
 
 
 @dataclass(frozen=True)
@@ -68,20 +75,19 @@ def wanted_angles(end: float) -> list[float]:
     return [ANGLE_STEP * i for i in range(1, int((end + SAME_ANGLE) / ANGLE_STEP) + 1)]
 
 
-def case_shapes(case: FinishedCase, mill_angles: Sequence[float]) -> dict[float, Shape]:
-    """Shapes of a case by wanted mill angle [rad]; without those at which it has no dump.
+def snapshots_at(case: FinishedCase, mill_angles: Sequence[float]) -> dict[float, Snapshot]:
+    """The dumps of a case by wanted mill angle [rad]; without those at which it has none.
 
     Raises:
-        RunFolderError: no dumps at all, or a damaged one.
+        RunFolderError: no dumps at all.
     """
     if not mill_angles:
         return {}
-    near = snapshots_near(case.folder, mill_angles)
     found = {}
-    for wanted in mill_angles:
-        snapshot = min(near, key=lambda s: abs(s.mill_angle - wanted))
+    for snapshot in snapshots_near(case.folder, mill_angles):
+        wanted = min(mill_angles, key=lambda angle: abs(angle - snapshot.mill_angle))
         if abs(snapshot.mill_angle - wanted) <= SAME_ANGLE:
-            found[wanted] = shape_of(read_dump(snapshot.path), snapshot, case.case)
+            found[wanted] = snapshot
     return found
 
 
@@ -112,19 +118,17 @@ def _curtains(
 ) -> tuple[dict[int, Curtain] | None, str]:
     """Curtains by number, or why there are none."""
     mill = case["mill"]
-    missing = [name for name in (STATE, FLIGHTS, BEGUN, LIFTER) if name not in dump.columns]
+    missing = [name for name in (STATE, CARRIER) if name not in dump.columns]
     if missing:
         return None, (
             f"the dumps have no column {', '.join(missing)}: written before dumps named the "
-            "lifter a ball left; run the case again"
+            "lifter that carried a ball last; run the case again"
         )
     if not mill["lifters"]:
         return None, "a plain drum has no lifters"
-    longest = longest_flight(mill["froude"])
-    flying = thrown(dump[STATE], dump[FLIGHTS], dump[BEGUN], mill_angle, longest)
+    lifters, lifter = Lifters(mill["lifters"], mill["phase_rad"]), dump[CARRIER]
+    flying = (dump[STATE] == IN_FLIGHT) & (lifter >= 0.0)
+    flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill["froude"]))
     flying &= ~value_at(contour.inside, centres, contour_grid(case))
-    lifters = Lifters(mill["lifters"], mill["phase_rad"])
-    found = curtains(
-        centres[flying], dump[LIFTER][flying], dump[BEGUN][flying], lifters, mill_angle
-    )
+    found = curtains(centres[flying], lifter[flying], lifters, mill_angle)
     return {curtain.number: curtain for curtain in found}, ""

@@ -46,6 +46,8 @@ def speed_against_error(models: Sequence[Row]) -> Figure:
             _error_panel(axes, models, name, factor)
             axes.set_ylabel(title)
             axes.set_xscale("log")
+            if name != "power_error":
+                axes.set_ylim(0.0, 1.0 if "iou" in name else None)
         for axes in all_axes[-1]:
             axes.set_xlabel("wall time [s]")
         known = {}

@@ -56,15 +56,11 @@ def throw_columns(case: dict[str, Any], mill_angle: float) -> dict[str, np.ndarr
     places = unit * np.vstack([bed, *falling])
     flying = np.arange(len(places)) >= len(bed)
     lifter = np.append(np.zeros(len(bed)), np.repeat(left, CURTAIN_BALLS))
-    begun = np.where(flying, mill_angle - 0.3, 0.0)
     return {
         **dict(zip("xyz", places.T, strict=True)),
         "radius": np.full(len(places), case["ball"]["radius_m"]),
         "c_detach[1]": np.where(flying, 3, 2),
-        "c_detach[12]": flying.astype(int),
-        "c_detach[14]": begun,
-        "c_detach[15]": lifter,
-        "c_detach[23]": flying.astype(int),
+        "c_detach[24]": lifter,
     }
 
 

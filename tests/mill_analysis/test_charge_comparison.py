@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -169,7 +170,7 @@ def test_runs_without_states_and_box_are_compared_as_far_as_they_go(tmp_path):
     assert_allclose(row["contour_error_mean"], DROP, atol=0.2 * 0.027)
     assert row["curtain_iou"] is None
     assert row["massflow_rms"] is None
-    assert any("c_detach[15]" in lack for lack in row["not_measured"])
+    assert any("c_detach[24]" in lack for lack in row["not_measured"])
     assert any("box_fixed_mass_fraction" in lack for lack in row["not_measured"])
 
 
@@ -198,3 +199,22 @@ def test_command_writes_rows_with_their_origin(throws, tmp_path, capsys):
     assert len(content["rows"]) == 4
     assert main([str(throws), str(throws), "--to", str(target)]) == 1
     assert "a second campaign named 'synthetic'" in capsys.readouterr().err
+
+
+def test_a_damaged_dump_is_noted_and_the_others_are_compared(throws, tmp_path):
+    shutil.copytree(throws, tmp_path / "runs")
+    dump = max((tmp_path / "runs/cases" / SCALED / "dump").iterdir())
+    dump.write_text(dump.read_text()[:-200])
+    rows = {row["id"]: row for row in compare_charges(load_charges([tmp_path / "runs"])[0]).rows}
+    assert rows[SCALED]["mill_angle_rad"] == 0.5
+    assert any("cut short" in lack for lack in rows[SCALED]["not_measured"])
+    assert rows[SCALED.replace("seed1", "seed2")]["mill_angle_rad"] == 1.0
+
+
+def test_the_bed_at_rest_is_told_from_the_settling(throws, tmp_path):
+    shutil.copytree(throws, tmp_path / "runs")
+    settled = {"schema": 1, "largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
+    (tmp_path / "runs/cases" / SCALED / "settled.json").write_text(json.dumps(settled))
+    rows = {row["id"]: row for row in compare_charges(load_charges([tmp_path / "runs"])[0]).rows}
+    assert rows[SCALED]["settled"] == {"largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
+    assert rows[REFERENCE]["settled"] == dict.fromkeys(rows[SCALED]["settled"])

@@ -33,7 +33,7 @@ def test_each_time_has_its_balls_and_the_liner_turned_to_it(case_folder):
     balls = pv.read(collection.parent / f"balls.{step:09d}.vtp")
     assert_allclose(balls.points, dump.positions, rtol=1e-6)
     assert_allclose(balls["radius"], dump["radius"])
-    assert_allclose(balls["c_detach[15]"], dump["c_detach[15]"])
+    assert_allclose(balls["c_detach[24]"], dump["c_detach[24]"])
     start = read_dump(next(iter(dump_files(case_folder).values())))
     assert np.array_equal(balls["rising"] == 1, start["x"] < 0.0)
     angle = snapshots_near(case_folder, [1.0])[0].mill_angle
