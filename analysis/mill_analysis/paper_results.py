@@ -1,6 +1,7 @@
-"""The multi-ball results as one committed file.
+"""The multi-ball results of several campaigns as one file to commit.
 
 python -m mill_analysis.paper_results RUNS... --to docs/results/paper-multi-ball.json
+also prints speed against error as a Markdown table.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from mill_analysis.campaign import load_campaign
 from mill_analysis.charge_comparison import compare_charges
 from mill_analysis.charge_models import Charge
 from mill_analysis.run_folder import RunFolderError, write_json
+from mill_analysis.speed_error import markdown, model_rows
 
 
 def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
@@ -105,10 +107,10 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         content = origin(given.runs, given.machine, given.commit) | paper_results(given.runs)
         write_json(given.to, content)
+        print(markdown(model_rows(content["rows"])))
     except (RunFolderError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print(given.to)
     return 0
 
 

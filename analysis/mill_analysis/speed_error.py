@@ -8,6 +8,23 @@ from typing import Any
 from mill_analysis.charge_errors import FLOW_ERRORS, SHAPE_ERRORS, deviation, mean_known
 
 Row = dict[str, Any]
+COLUMNS = (
+    ("campaign", "campaign", "{}", 1.0),
+    ("scheme", "scheme", "{}", 1.0),
+    ("stiffness", "E", "{}", 1.0),
+    ("S", "S", "{:.3f}", 1.0),
+    ("balls", "balls", "{:,}", 1.0),
+    ("seeds", "seeds", "{}", 1.0),
+    ("wall_time_s", "wall time [s]", "{:.0f}", 1.0),
+    ("speed_up", "speed-up", "{:.1f}", 1.0),
+    ("contour_error_mean", "contour, mean [%]", "{:.2f}", 100.0),
+    ("contour_error_max", "contour, largest [%]", "{:.1f}", 100.0),
+    ("curtain_iou_upper", "curtains, upper ends", "{:.2f}", 1.0),
+    ("curtain_iou_lower", "curtains, lower ends", "{:.2f}", 1.0),
+    ("massflow_rms", "flow, RMS [% of total]", "{:.3f}", 100.0),
+    ("massflow_correlation", "flow, correlation", "{:.3f}", 1.0),
+    ("power_error", "power [%]", "{:+.2f}", 100.0),
+)
 MODEL_KEYS = ("campaign", "scheme", "policy", "stiffness", "S")
 ERRORS = (*SHAPE_ERRORS, *FLOW_ERRORS, "power_error")
 
@@ -57,3 +74,27 @@ def _error(row: Row, name: str) -> float | None:
 
 def _noise(row: Row, name: str) -> float | None:
     return _error(row["between_seeds"], name) if row["between_seeds"] else None
+
+
+def markdown(models: Sequence[Row]) -> str:
+    """Models as a Markdown table: mean over seeds, ± their standard deviation, and in brackets the
+    same between two seeds."""
+    lines = [
+        "| " + " | ".join(title for _, title, _, _ in COLUMNS) + " |",
+        "|---" * len(COLUMNS) + "|",
+    ]
+    for row in models:
+        lines.append("| " + " | ".join(_cell(row, *column) for column in COLUMNS) + " |")
+    return "\n".join(lines)
+
+
+def _cell(row: Row, name: str, _title: str, form: str, factor: float) -> str:
+    if row[name] is None:
+        return "–"
+    text = form.format(row[name] if factor == 1.0 else factor * row[name])
+    plain = form.replace("+", "")
+    if row["spread"].get(name) is not None:
+        text += " ± " + plain.format(factor * row["spread"][name])
+    if row["noise"].get(name) is not None:
+        text += " (" + plain.format(factor * row["noise"][name]) + ")"
+    return text
