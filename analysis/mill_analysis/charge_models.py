@@ -62,6 +62,16 @@ class Charge:
         return self.case["material"].get("stiffness", "fixed")
 
     @property
+    def label(self) -> str:
+        """For a legend of models of one scheme."""
+        words = [f"S = {self.S:.4g}"]
+        if self.stiffness != "fixed":
+            words.append("E matched")
+        if self.case["policy"] != "paper":
+            words.append(self.case["policy"])
+        return ", ".join(words)
+
+    @property
     def model(self) -> Model:
         """What all seeds of a model share."""
         case = self.case

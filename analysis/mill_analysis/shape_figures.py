@@ -21,11 +21,11 @@ from mill_analysis.mass_flow import FRAMES
 from mill_analysis.shapes import Shape
 from mill_analysis.solid_fraction import Grid
 
-DASHES = {"constant-gravity": "-", "constant-speed": (0, (4, 1.5))}
+DASHES = {"fixed": "-", "overlap-matched": (0, (4, 1.5))}
 
 
 def model_look(charges: Sequence[Charge]) -> dict[tuple[str, str], dict]:
-    """Line style of each charge: colour by S, black for the physical mill, dashes by scheme."""
+    """Line style of each charge: colour by S, black at S = 1, dashes for a matched E."""
     scaled = sorted({charge.S for charge in charges if not is_physical(charge.S)})
     shades = dict(
         zip(scaled, colormaps["viridis"](np.linspace(0.85, 0.15, len(scaled))), strict=True)
@@ -34,7 +34,7 @@ def model_look(charges: Sequence[Charge]) -> dict[tuple[str, str], dict]:
         charge.key: {
             "color": shades.get(charge.S, "black"),
             "lw": 1.2 if charge.S in shades else 1.8,
-            "ls": DASHES.get(charge.case["scheme"], ":"),
+            "ls": DASHES[charge.stiffness],
             "zorder": 3 if charge.S in shades else 2,
         }
         for charge in charges
@@ -59,7 +59,7 @@ def contours(comparison: ChargeComparison, charges: Sequence[Charge]) -> Figure:
                 _outline(axes, shapes[drawn[0].key])
             for charge in drawn:
                 for i, line in enumerate(shapes[charge.key].contour.lines):
-                    label = None if i else _label(charge)
+                    label = None if i else charge.label
                     axes.plot(*line.T, **look[charge.key], label=label)
             axes.set_title(f"{angle:.4g} rad", fontsize=9.5)
         for axes in list(panels)[len(angles) :]:
@@ -86,9 +86,7 @@ def curtain_profiles(comparison: ChargeComparison, charges: Sequence[Charge]) ->
                 continue
             _outline(axes, shapes[drawn[0].key])
             balls = shapes[drawn[0].key].curtains[number].centres
-            axes.plot(
-                *balls.T, ".", ms=2, color="#999", zorder=1, label=f"balls, {_label(drawn[0])}"
-            )
+            axes.plot(*balls.T, ".", ms=2, color="#999", zorder=1, label=f"balls, {drawn[0].label}")
             for charge in drawn:
                 style = look[charge.key]
                 region = shapes[charge.key].curtains[number].region.astype(float)
@@ -101,7 +99,7 @@ def curtain_profiles(comparison: ChargeComparison, charges: Sequence[Charge]) ->
                     linewidths=style["lw"],
                     linestyles=[style["ls"]],
                 )
-                axes.plot([], [], **style, label=_label(charge))
+                axes.plot([], [], **style, label=charge.label)
             _frame_regions(axes, [shapes[c.key].curtains[number].region for c in drawn], nodes)
         _share_legend(figure)
         figure.supxlabel("x / (R - a)", fontsize=9.5)
@@ -125,7 +123,7 @@ def mass_flow(charges: Sequence[Charge]) -> Figure:
             for charge in charges:
                 style = look[charge.key] | {"lw": 0.9}
                 angle, share = charge.series["mill_angle_rad"], 100.0 * charge.series[column]
-                axes.plot(angle, share, **style, label=_label(charge))
+                axes.plot(angle, share, **style, label=charge.label)
             axes.set_ylabel(f"mass in the box [%]\n{frame} frame")
             axes.set_ylim(bottom=0.0)
         panels[-1].set_xlabel("mill rotation angle [rad]")
@@ -170,7 +168,3 @@ def _share_legend(figure: Figure) -> None:
             known.setdefault(label, handle)
     if known:
         figure.legend(known.values(), known.keys(), loc="outside upper center", ncols=4)
-
-
-def _label(charge: Charge) -> str:
-    return f"S = {charge.S:.4g}"

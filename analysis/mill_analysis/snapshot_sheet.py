@@ -39,7 +39,7 @@ def snapshot_sheet(charges: Sequence[Charge], mill_angles: Sequence[float]) -> F
         figure = Figure(figsize=size, layout="constrained")
         rows = figure.subplots(len(charges), len(mill_angles), squeeze=False)
         for row, charge in zip(rows, charges, strict=True):
-            row[0].set_ylabel(f"S = {charge.S:.4g}\n{charge.case['ball']['count']:,} balls")
+            row[0].set_ylabel(f"{charge.label}\n{charge.case['ball']['count']:,} balls")
             _draw_row(row, charge, mill_angles)
         for axes, angle in zip(rows[0], mill_angles, strict=True):
             axes.set_title(f"{angle:.4g} rad", fontsize=9.5)
