@@ -25,10 +25,12 @@ class Lifters:
     Attributes:
         count: of the lifters, over 0.
         phase: of groove 0 from the bottom at rest [rad]; lifter k trails groove k.
+        first: angle from the vertical past which a rising lifter's curtain counts [rad].
     """
 
     count: int
     phase: float
+    first: float
 
     @property
     def pitch(self) -> float:
@@ -42,10 +44,10 @@ class Lifters:
 
     def number(self, lifter: int, mill_angle: float) -> int:
         """Number of a lifter's curtain, 1 to count: 1 belongs to the last lifter that has risen
-        above the axis, 2 to the one before it, and so on in the sense of rotation. The same for
-        all mills of the same lifters and mill angle; the paper does not say how it counts."""
-        past_axis = 0.5 * np.pi - self.angle_from_vertical(lifter, mill_angle)
-        return int(np.floor(np.mod(past_axis, 2.0 * np.pi) / self.pitch)) + 1
+        past the angle `first`, 2 to the one before it, and so on in the sense of rotation. The
+        same for all mills of the same lifters, mill angle and `first`."""
+        past = self.first - self.angle_from_vertical(lifter, mill_angle)
+        return int(np.floor(np.mod(past, 2.0 * np.pi) / self.pitch)) + 1
 
 
 @dataclass(frozen=True)

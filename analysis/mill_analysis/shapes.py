@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import mill_core
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -126,9 +127,18 @@ def _curtains(
         )
     if not mill["lifters"]:
         return None, "a plain drum has no lifters"
-    lifters, lifter = Lifters(mill["lifters"], mill["phase_rad"]), dump[CARRIER]
+    lifters, lifter = _lifters(case), dump[CARRIER]
     flying = (dump[STATE] == IN_FLIGHT) & (lifter >= 0.0)
     flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill["froude"]))
     flying &= ~value_at(contour.inside, centres, contour_grid(case))
     found = curtains(centres[flying], lifter[flying], lifters, mill_angle)
     return {curtain.number: curtain for curtain in found}, ""
+
+
+def _lifters(case: dict[str, Any]) -> Lifters:
+    """The lifters of a case; curtains count from where Eq. 4 has a ball leave the physical mill,
+    so that no policy's correction of the speed changes a number."""
+    mill, physical = case["mill"], case["physical"]
+    froude = physical["omega_rad_s"] ** 2 * physical["radius_m"] / physical["gravity_m_s2"]
+    first = mill_core.detach_angle(froude) if froude < 1.0 else 0.0
+    return Lifters(mill["lifters"], mill["phase_rad"], first)

@@ -45,7 +45,7 @@ def throw_columns(case: dict[str, Any], mill_angle: float) -> dict[str, np.ndarr
     liner = Polygon(liner_outline(case, mill_angle) / unit)
     bed = bed[liner.contains_points(bed[:, [0, 2]])]
     bed = np.random.default_rng(0).permutation(bed)
-    lifters = Lifters(25, 0.0)
+    lifters = Lifters(25, 0.0, np.arccos(3.9 / 9.81))  # Eq. 4
     left = [k for k in range(25) if lifters.number(k, mill_angle) in (4, 6)]
     generator = np.random.default_rng(100 + case["seed"])
     falling = []

@@ -16,7 +16,7 @@ from mill_analysis.curtain import (
 from mill_analysis.shape_comparison import overlap
 from mill_analysis.solid_fraction import Grid
 
-MILL = Lifters(count=25, phase=0.1)
+MILL = Lifters(count=25, phase=0.1, first=1.1)
 
 
 def test_lifter_is_where_it_was_turned_to():
@@ -26,14 +26,14 @@ def test_lifter_is_where_it_was_turned_to():
     assert MILL.angle_from_vertical(3, 0.8) < angle
 
 
-def test_curtains_are_counted_from_the_axis_on_the_rising_side_in_the_sense_of_rotation():
+def test_curtains_are_counted_from_the_detaching_angle_in_the_sense_of_rotation():
     angle = 4.321
     heights = {k: MILL.angle_from_vertical(k, angle) for k in range(25)}
-    risen = sorted((k for k in heights if 0 <= heights[k] <= np.pi / 2), key=lambda k: -heights[k])
-    assert [MILL.number(k, angle) for k in risen] == list(range(1, len(risen) + 1))
+    past = sorted((k for k in heights if 0 <= heights[k] <= 1.1), key=lambda k: -heights[k])
+    assert [MILL.number(k, angle) for k in past] == list(range(1, len(past) + 1))
     assert sorted(MILL.number(k, angle) for k in range(25)) == list(range(1, 26))
     # A pitch later each lifter's curtain has moved on by one.
-    assert MILL.number(risen[0], angle + MILL.pitch) == 2
+    assert MILL.number(past[0], angle + MILL.pitch) == 2
 
 
 def test_longest_flight_is_that_of_a_vertical_throw():
