@@ -18,7 +18,7 @@ from synthetic_throw import (
     write_throw,
 )
 
-from mill_analysis import analyse_case
+from mill_analysis import analyse_case, charge_pair
 from mill_analysis.charge_comparison import compare_charges, twin_of
 from mill_analysis.charge_models import reference_of, seeds_of
 from mill_analysis.paper_results import load_charges, main
@@ -223,3 +223,15 @@ def test_the_bed_at_rest_is_told_from_the_settling(throws, tmp_path):
     rows = {row["id"]: row for row in compare_charges(load_charges([tmp_path / "runs"])[0]).rows}
     assert rows[SCALED]["settled"] == {"largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
     assert rows[REFERENCE]["settled"] == dict.fromkeys(rows[SCALED]["settled"])
+
+
+def test_two_cases_differ_as_in_the_whole_comparison(throws, rows, capsys):
+    folders = [str(throws / "cases" / name) for name in (SCALED, REFERENCE)]
+    assert charge_pair.main(folders) == 0
+    pair = json.loads(capsys.readouterr().out)
+    for name in ("mill_angle_rad", "contour_error_mean", "curtain_iou", "massflow_rms"):
+        assert pair[name] == rows[SCALED][name]
+    assert pair["mean_over_angles"] == rows[SCALED]["mean_over_angles"]
+    assert [case["id"] for case in pair["cases"]] == [SCALED, REFERENCE]
+    assert charge_pair.main([folders[0], str(throws)]) == 1
+    assert "no such file" in capsys.readouterr().err
