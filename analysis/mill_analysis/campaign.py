@@ -129,8 +129,7 @@ def settling_time(case: FinishedCase) -> float | None:
 
 def _charge_row(case: FinishedCase) -> Row:
     document, result, timing = case.case, case.result, case.timing
-    model = paper.scheme_row(paper.table("table4_geometry"), document["S"])
-    reported = {row["model"]: row["elapsed_h"] for row in paper.table("table10_wall_time")}
+    reported = paper.reported_charge(document["S"])
     return {
         **{key: document[key] for key in ("id", "scheme", "policy", "S", "seed")},
         "balls": document["ball"]["count"],
@@ -138,7 +137,7 @@ def _charge_row(case: FinishedCase) -> Row:
         "wall_time_s": timing["wall_time_s"],
         "settle_wall_time_s": settling_time(case),
         "particle_steps_per_s_core": timing["particle_steps_per_s_core"],
-        "paper_wall_time_h": reported[model["model"]] if model else None,
+        "paper_wall_time_h": reported["elapsed_h"] if reported else None,
         **{key: result[key] for key in ("problem", "mean_from_rad", "mean_to_rad")},
         **result["mean"],
         "dimensionless": result["dimensionless"],

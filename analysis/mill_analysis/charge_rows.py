@@ -71,6 +71,7 @@ def charge_row(charge: Charge, charges: list[Charge], errors: dict, last: Last) 
         "total_mass_kg": charge.mass,
         "balls_per_length_scaled_1_m": charge.filling,
         "simulated_length_m": case["mill"]["simulated_length_m"],
+        "length_share": case["mill"]["simulated_length_m"] / case["mill"]["length_m"],
         "reference": reference.id,
         "reference_campaign": reference.campaign,
         "reference_S": reference.S,

@@ -8,6 +8,7 @@ from pathlib import Path
 from mill_analysis import shape_figures, speed_figures
 from mill_analysis.charge_comparison import ChargeComparison
 from mill_analysis.charge_models import Charge, seeds_of
+from mill_analysis.comparison import is_physical
 from mill_analysis.report_figures import Image, save_image, words
 from mill_analysis.run_folder import RunFolderError
 from mill_analysis.snapshot_sheet import snapshot_sheet
@@ -34,6 +35,11 @@ def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImage
     first = [c for c in comparison.charges if seeds_of(c, comparison.charges)[0] is c]
     if not first:
         return images
+    largest = {row["reference_S"] for row in comparison.rows if not is_physical(row["reference_S"])}
+    for S in sorted(largest):
+        images.problems.append(
+            f"No physical mill among the finished cases: errors are against S = {S:.4g}."
+        )
     for scheme in dict.fromkeys(charge.case["scheme"] for charge in first):
         _of_scheme(images, comparison, [c for c in first if c.case["scheme"] == scheme], to)
     _flow(images, first, to)

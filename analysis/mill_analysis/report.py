@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
 import sys
 from pathlib import Path
@@ -58,6 +59,7 @@ def _page(campaign: Campaign, folder: Path) -> str:
         "percent": percent,
         "duration": duration,
         "hundredths": hundredths,
+        "degrees": degrees,
     }
     return environment.get_template("report.html.j2").render(
         campaign=campaign,
@@ -74,6 +76,7 @@ def _page(campaign: Campaign, folder: Path) -> str:
         charges=[report_figures.charge_images(case, folder) for case in campaign.charges],
         shapes=comparison_images(campaign.comparison, folder),
         models=model_rows(campaign.comparison.rows),
+        reported_charge=paper.reported_charge,
         paper_curtains=[str(number) for number in CURTAINS_OF_THE_PAPER],
         model=_model(campaign),
     )
@@ -92,6 +95,11 @@ def percent(value: float | None, digits: int = 2) -> str:
 def hundredths(value: float | None, digits: int = 2) -> str:
     """A share in hundredths, for a column headed %; a dash for none."""
     return "–" if value is None else f"{100.0 * value:.{digits}f}"
+
+
+def degrees(angle: float | None) -> str:
+    """An angle [rad] in degrees; a dash for none."""
+    return "–" if angle is None else f"{math.degrees(angle):.1f}"
 
 
 def duration(seconds: float | None) -> str:

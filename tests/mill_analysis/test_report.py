@@ -10,7 +10,7 @@ import pytest
 
 from mill_analysis import RunFolderError, build_report, report, report_figures
 from mill_analysis.campaign import load_campaign
-from mill_analysis.report import duration, main, number, percent
+from mill_analysis.report import degrees, duration, hundredths, main, number, percent
 
 
 class Page(HTMLParser):
@@ -174,6 +174,8 @@ def test_campaign_without_a_finished_case_is_refused(folder, tmp_path, capsys):
 
 
 def test_numbers_for_people():
+    assert [hundredths(0.0123), hundredths(None)] == ["1.23", "–"]
+    assert [degrees(1.0), degrees(None)] == ["57.3", "–"]
     assert [number(1.23456, 2), number(None)] == ["1.23", "–"]
     assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
     assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]
@@ -234,6 +236,9 @@ def test_charges_are_compared_with_the_physical_mill(throws, tmp_path, monkeypat
         assert words in shapes
     assert "None" not in page.text
     assert "nan" not in shapes
+    assert {"231,461", "20600", "13,370", "1190"} <= set(page.of_paper)  # Table 10
+    assert "51.6" in shapes  # the shoulder, 0.9 rad
+    assert "No physical mill" not in shapes
     assert [image["alt"] for image in page.images if image["alt"].startswith("Fig. 12")]
     results = json.loads((index.parent / "results.json").read_text())
     assert len(results["charge_errors"]) == 4
