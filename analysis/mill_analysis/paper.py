@@ -87,6 +87,15 @@ def reported_throw(scheme: str) -> ReportedThrow | None:
     return None
 
 
+def reported_charge(S: float) -> dict | None:
+    """The row of Table 10 that belongs to S (total_mass_kg, particles, elapsed_h), None if there is
+    none."""
+    model = scheme_row(table("table4_geometry"), S)
+    if model is None:
+        return None
+    return next(row for row in table("table10_wall_time") if row["model"] == model["model"])
+
+
 def longest_window() -> float:
     """Mill rotation over which energy changes are taken if all flights last that long: that of
     Table 8 [rad]."""

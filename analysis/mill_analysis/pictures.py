@@ -1,4 +1,5 @@
-"""Pictures of a charge, after Figs. 9 and 10: the only module that imports pyvista.
+"""Pictures of a charge, after Figs. 9 and 10, and its files for ParaView: the only module that
+imports pyvista.
 
 python -m mill_analysis.pictures CASE [DUMP ANGLE PNG]...
 """
@@ -70,6 +71,45 @@ def save(plotter: pv.Plotter, path: Path) -> None:
     part = path.with_name(f"part-{path.name}")
     plotter.screenshot(part)
     plotter.close()
+    part.replace(path)
+
+
+def save_balls(dump: Dump, rising: np.ndarray, path: Path) -> None:
+    """Write the balls of a dump as points for ParaView (VTK PolyData).
+
+    Point data: every column of the dump but the places, `velocity` (n, 3), and `rising`, 1 for
+    balls that started on the rising side.
+
+    Args:
+        rising: (n,) bool.
+    """
+    cloud = pv.PolyData(dump.positions)
+    velocity = [dump.columns[name] for name in ("vx", "vy", "vz") if name in dump.columns]
+    if len(velocity) == 3:
+        cloud["velocity"] = np.column_stack(velocity)
+    for name, values in dump.columns.items():
+        if name not in ("x", "y", "z", "vx", "vy", "vz"):
+            cloud[name] = values
+    cloud["rising"] = rising.astype(np.uint8)
+    _save_whole(cloud, path)
+
+
+def save_liner(liner: Path, mill_angle: float, path: Path) -> None:
+    """Write a liner mesh, turned by the mill angle [rad], with its data.
+
+    Raises:
+        RunFolderError: the mesh is missing.
+    """
+    if not liner.exists():
+        raise RunFolderError(liner, "no such file", "millscale run FILE --runs DIR --only ID")
+    mesh = pv.read(liner)
+    mesh.points[:, [0, 2]] = turned(mesh.points[:, [0, 2]], mill_angle)
+    _save_whole(mesh, path)
+
+
+def _save_whole(mesh: pv.PolyData, path: Path) -> None:
+    part = path.with_name(f"part-{path.name}")
+    mesh.save(part)
     part.replace(path)
 
 

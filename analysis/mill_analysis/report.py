@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shutil
 import sys
 from pathlib import Path
@@ -12,7 +13,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from mill_analysis import comparison, paper, report_figures
 from mill_analysis.campaign import Campaign, load_campaign
+from mill_analysis.charge_errors import CURTAINS_OF_THE_PAPER
+from mill_analysis.comparison_figures import comparison_images
 from mill_analysis.run_folder import RunFolderError, write_json
+from mill_analysis.speed_error import model_rows
 from mill_analysis.windows import common_windows
 
 PAGE = Path(__file__).parent / "page"
@@ -50,7 +54,13 @@ def _page(campaign: Campaign, folder: Path) -> str:
     environment = Environment(
         loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    environment.filters |= {"number": number, "percent": percent, "duration": duration}
+    environment.filters |= {
+        "number": number,
+        "percent": percent,
+        "duration": duration,
+        "hundredths": hundredths,
+        "degrees": degrees,
+    }
     return environment.get_template("report.html.j2").render(
         campaign=campaign,
         cases=campaign.single + campaign.charges,
@@ -64,6 +74,10 @@ def _page(campaign: Campaign, folder: Path) -> str:
         ratios=report_figures.ratio_figures(campaign, folder),
         charge_overview=report_figures.charge_overview(campaign, folder),
         charges=[report_figures.charge_images(case, folder) for case in campaign.charges],
+        shapes=comparison_images(campaign.comparison, folder),
+        models=model_rows(campaign.comparison.rows),
+        reported_charge=paper.reported_charge,
+        paper_curtains=[str(number) for number in CURTAINS_OF_THE_PAPER],
         model=_model(campaign),
     )
 
@@ -76,6 +90,16 @@ def number(value: float | None, digits: int = 3) -> str:
 def percent(value: float | None, digits: int = 2) -> str:
     """A share as a signed percentage; a dash for none."""
     return "–" if value is None else f"{100.0 * value:+.{digits}f} %"
+
+
+def hundredths(value: float | None, digits: int = 2) -> str:
+    """A share in hundredths, for a column headed %; a dash for none."""
+    return "–" if value is None else f"{100.0 * value:.{digits}f}"
+
+
+def degrees(angle: float | None) -> str:
+    """An angle [rad] in degrees; a dash for none."""
+    return "–" if angle is None else f"{math.degrees(angle):.1f}"
 
 
 def duration(seconds: float | None) -> str:

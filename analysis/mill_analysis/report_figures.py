@@ -60,7 +60,7 @@ def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
         name = f"{scheme}-{policy}"
         for over, unit in ((False, "in metres"), (True, "over the mill radius R")):
             entry.trajectories.append(
-                _save(
+                save_image(
                     figures.trajectories(tracks, over_radius=over),
                     to / f"fig6-{name}{'-over-R' if over else ''}.png",
                     f"{words(scheme)}, {unit}",
@@ -68,7 +68,7 @@ def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
             )
         for over, unit in ((False, "[J]"), (True, "over the predicted ratio")):
             entry.energies.append(
-                _save(
+                save_image(
                     figures.energy_curves(tracks, over_prediction=over),
                     to / f"fig7-{name}{'-over-prediction' if over else ''}.png",
                     f"{words(scheme)}, {unit}",
@@ -80,7 +80,7 @@ def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
 def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:
     """Fig. 8 by scheme."""
     return {
-        scheme: _save(
+        scheme: save_image(
             figures.energy_ratios(scheme, list(rows)),
             to / f"fig8-{scheme}.png",
             f"{words(scheme)}: energy ratio against its prediction",
@@ -94,18 +94,18 @@ def charge_overview(campaign: Campaign, to: Path) -> Image | None:
     if not campaign.charges:
         return None
     figure = charge_figures.charge_series(campaign.charges, dimensionless=True)
-    return _save(figure, to / "charges.png", "all cases, dimensionless")
+    return save_image(figure, to / "charges.png", "all cases, dimensionless")
 
 
 def charge_images(case: FinishedCase, to: Path) -> ChargeFigures:
     """Pictures (Figs. 9 and 10) and time series of one multi-ball case."""
     series = [
-        _save(
+        save_image(
             charge_figures.charge_series([case], dimensionless=False),
             to / f"{case.id}-series.png",
             "energies, torque, power, centre of mass",
         ),
-        _save(
+        save_image(
             charge_figures.charge_states(case), to / f"{case.id}-states.png", "where the balls are"
         ),
     ]
@@ -139,6 +139,7 @@ def _tracks(campaign: Campaign) -> Iterator[tuple[tuple[str, str], list[figures.
     ).items()
 
 
-def _save(figure: Figure, path: Path, caption: str) -> Image:
+def save_image(figure: Figure, path: Path, caption: str) -> Image:
+    """Draw a figure into a file of the report."""
     figure.savefig(path, dpi=DPI)
     return Image(path, caption)

@@ -13,6 +13,7 @@ from synthetic_case import (
     write_case,
 )
 from synthetic_charge import write_charge
+from synthetic_throw import write_throws
 
 from mill_analysis import analyse_case
 
@@ -44,3 +45,9 @@ def runs(tmp_path_factory) -> Path:
         analyse_case(folder)
     write_campaign(runs, [folder.name for folder in folders])
     return runs
+
+
+@pytest.fixture(scope="session")
+def throws(tmp_path_factory) -> Path:
+    """A finished campaign of four charges with curtains. Read only."""
+    return write_throws(tmp_path_factory.mktemp("throws"))

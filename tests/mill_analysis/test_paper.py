@@ -32,6 +32,12 @@ def test_a_model_of_the_paper_is_found_by_its_radii_or_its_rounded_s(S):
     assert paper.reported_energy("constant-gravity", S) is not None
 
 
+def test_table_10_is_found_by_s():
+    assert paper.reported_charge(1.0)["particles"] == 231461
+    assert paper.reported_charge(3.9 / 1.5)["elapsed_h"] == 0.65
+    assert paper.reported_charge(2.0) is None
+
+
 def test_nothing_is_reported_for_what_the_paper_has_not():
     assert paper.reported_energy("constant-gravity", 2.0) is None
     assert paper.reported_energies("froude") == ()

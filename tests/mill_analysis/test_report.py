@@ -10,7 +10,7 @@ import pytest
 
 from mill_analysis import RunFolderError, build_report, report, report_figures
 from mill_analysis.campaign import load_campaign
-from mill_analysis.report import duration, main, number, percent
+from mill_analysis.report import degrees, duration, hundredths, main, number, percent
 
 
 class Page(HTMLParser):
@@ -174,6 +174,8 @@ def test_campaign_without_a_finished_case_is_refused(folder, tmp_path, capsys):
 
 
 def test_numbers_for_people():
+    assert [hundredths(0.0123), hundredths(None)] == ["1.23", "–"]
+    assert [degrees(1.0), degrees(None)] == ["57.3", "–"]
     assert [number(1.23456, 2), number(None)] == ["1.23", "–"]
     assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
     assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]
@@ -193,7 +195,7 @@ def test_pictures_are_at_round_mill_angles(runs, monkeypatch, tmp_path, end, ang
     case.result["rotation_angle_rad"] = end
     asked = []
     monkeypatch.setattr(report_figures, "draw_pictures", lambda *a: asked.extend(a[1]) or [])
-    monkeypatch.setattr(report_figures, "_save", lambda *a: None)
+    monkeypatch.setattr(report_figures, "save_image", lambda *a: None)
     report_figures.charge_images(case, tmp_path)
     assert asked == angles
 
@@ -207,7 +209,7 @@ def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
     page = Page(build_report(tmp_path / "runs").read_text())
     assert page.open == []
     assert "runs" in page.text
-    assert len(page.images) == 4
+    assert len(page.images) == 7  # with Figs. 9, 11, Table 10
 
 
 def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeypatch):
@@ -220,3 +222,24 @@ def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeyp
     table = table[: table.index("</table>")]
     for policy in ("paper", "corrected", "offset-liner"):
         assert table.count(f'<td class="text">{policy}</td>') == 2  # once a scheme
+
+
+def test_charges_are_compared_with_the_physical_mill(throws, tmp_path, monkeypatch):
+    shutil.copytree(throws, tmp_path / "runs")
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    index = build_report(tmp_path / "runs")
+    page = Page(index.read_text())
+    assert page.open == []
+    shapes = page.text[page.text.index("Charge of scaled mills") :]
+    for words in ("Speed against error", "reference", "constant speed", "mb-cg-paper-S1.000"):
+        assert words in shapes
+    assert "None" not in page.text
+    assert "nan" not in shapes
+    assert {"231,461", "20600", "13,370", "1190"} <= set(page.of_paper)  # Table 10
+    assert "51.6" in shapes  # the shoulder, 0.9 rad
+    assert "No physical mill" not in shapes
+    assert [image["alt"] for image in page.images if image["alt"].startswith("Fig. 12")]
+    results = json.loads((index.parent / "results.json").read_text())
+    assert len(results["charge_errors"]) == 4
+    assert len(results["charge_schemes"]) == 1

@@ -1,0 +1,106 @@
+"""The images of a report that hold all multi-ball models: Figs. 9 to 14, Table 10."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mill_analysis import shape_figures, speed_figures
+from mill_analysis.charge_comparison import ChargeComparison
+from mill_analysis.charge_models import Charge, seeds_of
+from mill_analysis.comparison import is_physical
+from mill_analysis.report_figures import Image, save_image, words
+from mill_analysis.run_folder import RunFolderError
+from mill_analysis.snapshot_sheet import snapshot_sheet
+from mill_analysis.speed_error import model_rows
+
+SHEET_OF = {"constant-gravity": "Fig. 9", "constant-speed": "Fig. 10"}
+
+
+@dataclass(frozen=True)
+class ComparisonImages:
+    """Images by what they show; `problems` says what could not be drawn, and why."""
+
+    sheets: list[Image] = field(default_factory=list)
+    contours: list[Image] = field(default_factory=list)
+    curtains: list[Image] = field(default_factory=list)
+    flow: list[Image] = field(default_factory=list)
+    speed: list[Image] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+
+
+def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImages:
+    """Draw all models of a campaign into the report's folder; one seed of each."""
+    images = ComparisonImages()
+    first = [c for c in comparison.charges if seeds_of(c, comparison.charges)[0] is c]
+    if not first:
+        return images
+    largest = {row["reference_S"] for row in comparison.rows if not is_physical(row["reference_S"])}
+    for S in sorted(largest):
+        images.problems.append(
+            f"No physical mill among the finished cases: errors are against S = {S:.4g}."
+        )
+    for scheme in dict.fromkeys(charge.case["scheme"] for charge in first):
+        _of_scheme(images, comparison, [c for c in first if c.case["scheme"] == scheme], to)
+    _flow(images, first, to)
+    rows = model_rows(comparison.rows)
+    images.speed.append(
+        save_image(speed_figures.run_times(rows), to / "table10-wall-time.png", "Table 10")
+    )
+    if any(not row["is_reference"] for row in rows):
+        figure = speed_figures.speed_against_error(rows)
+        caption = "speed against error; numbers: S; bars: standard deviation over seeds"
+        images.speed.append(save_image(figure, to / "speed-against-error.png", caption))
+    return images
+
+
+def _of_scheme(
+    images: ComparisonImages, comparison: ChargeComparison, charges: list[Charge], to: Path
+) -> None:
+    """Figs. 9 to 12 of one scheme."""
+    scheme = charges[0].case["scheme"]
+    charges = sorted(charges, key=lambda charge: charge.S)
+    angles = sorted(comparison.shapes)
+    if not any(comparison.shapes.values()):
+        images.problems.append(
+            f"{words(scheme)}, Figs. 9 to 12: no case has a dump at the mill angles of the others"
+        )
+        return
+    try:
+        sheet = snapshot_sheet(charges, angles)
+    except RunFolderError as error:
+        images.problems.append(str(error))
+    else:
+        caption = f"{SHEET_OF.get(scheme, 'Figs. 9, 10')}: {words(scheme)}"
+        images.sheets.append(save_image(sheet, to / f"fig9-{scheme}.png", caption))
+    figure = shape_figures.contours(comparison, charges)
+    images.contours.append(
+        save_image(figure, to / f"fig11-{scheme}.png", f"Fig. 11: {words(scheme)}")
+    )
+    last = comparison.shapes[comparison.last_angle]
+    known = [c for c in charges if c.key in last]
+    if any(last[c.key].curtains for c in known):
+        figure = shape_figures.curtain_profiles(comparison, known)
+        caption = f"Fig. 12: {words(scheme)}, {comparison.last_angle:.4g} rad"
+        images.curtains.append(save_image(figure, to / f"fig12-{scheme}.png", caption))
+    else:
+        images.problems.extend(sorted({f"Fig. 12, {c.id}: {last[c.key].problem}" for c in known}))
+
+
+def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
+    """Figs. 13 and 14."""
+    known = [charge for charge in charges if shape_figures.has_flow(charge)]
+    for charge in charges:
+        if charge not in known:
+            images.problems.append(
+                f"Fig. 14, {charge.id}: series.csv has no mass in the monitoring box; run the "
+                "case again to measure it"
+            )
+    if not known:
+        return
+    box = shape_figures.monitoring_box(known[0])
+    images.flow.append(save_image(box, to / "fig13-box.png", "Fig. 13: the box at rest"))
+    for scheme in dict.fromkeys(charge.case["scheme"] for charge in known):
+        figure = shape_figures.mass_flow([c for c in known if c.case["scheme"] == scheme])
+        caption = f"Fig. 14: {words(scheme)}"
+        images.flow.append(save_image(figure, to / f"fig14-{scheme}.png", caption))

@@ -1,0 +1,122 @@
+"""Run time of the models (Table 10), and what speed costs in error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mill_analysis import paper
+from mill_analysis.figures import STYLE
+
+# Colour-blind safe (Okabe and Ito), and told apart by the mark as well.
+LOOKS = {
+    ("constant-gravity", "fixed"): {"marker": "o", "color": "#0072b2"},
+    ("constant-gravity", "overlap-matched"): {"marker": "D", "color": "#56b4e9"},
+    ("constant-speed", "fixed"): {"marker": "s", "color": "#d55e00"},
+    ("constant-speed", "overlap-matched"): {"marker": "^", "color": "#e69f00"},
+}
+OTHER_LOOK = {"marker": "v", "color": "#009e73"}
+PANELS = (
+    ("contour_error_mean", "contour, mean [% of R - a]", 100.0),
+    ("contour_error_max", "contour, largest [% of R - a]", 100.0),
+    ("curtain_iou_upper", "curtains, upper ends: overlap", 1.0),
+    ("curtain_iou_lower", "curtains, lower ends: overlap", 1.0),
+    ("massflow_rms", "mass in the box, RMS [% of total]", 100.0),
+    ("power_error", "power / M g R ω, error [%]", 100.0),
+)
+
+Row = dict[str, Any]
+
+
+def speed_against_error(models: Sequence[Row]) -> Figure:
+    """Each error against wall time. Bars: standard deviation over seeds; crosses: the same error
+    between two seeds of the model, below which a difference says nothing.
+
+    Args:
+        models: of `speed_error.model_rows`.
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.6, 8.2), layout="constrained")
+        all_axes = figure.subplots(3, 2)
+        for axes, (name, title, factor) in zip(all_axes.flat, PANELS, strict=True):
+            _error_panel(axes, models, name, factor)
+            axes.set_ylabel(title)
+            axes.set_xscale("log")
+            if name != "power_error":
+                axes.set_ylim(0.0, 1.0 if "iou" in name else None)
+        for axes in all_axes[-1]:
+            axes.set_xlabel("wall time [s]")
+        known = {}
+        for axes in all_axes.flat:
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+                known.setdefault(label, handle)
+        if known:
+            figure.legend(known.values(), known.keys(), loc="outside upper center", ncols=3)
+    return figure
+
+
+def run_times(models: Sequence[Row]) -> Figure:
+    """Wall time against the number of balls (Table 10), with the paper's over 20 s of mill time."""
+    with rc_context(STYLE):
+        figure = Figure(figsize=(4.8, 3.6), layout="constrained")
+        axes = figure.add_subplot()
+        for key, group in _by_look(models).items():
+            points = sorted((row["balls"], row["wall_time_s"] / 3600.0) for row in group)
+            axes.plot(*zip(*points, strict=True), ls="-", lw=0.8, label=_name(key), **_look(key))
+        reported = paper.table("table10_wall_time")
+        axes.plot(
+            [row["particles"] for row in reported],
+            [row["elapsed_h"] for row in reported],
+            "x--",
+            color="#444",
+            lw=0.8,
+            label="the paper, 20 s",
+        )
+        axes.set(xscale="log", yscale="log", xlabel="balls", ylabel="wall time [h]")
+        axes.legend()
+    return figure
+
+
+def _error_panel(axes: Axes, models: Sequence[Row], name: str, factor: float) -> None:
+    known = [row for row in models if row[name] is not None]
+    if not known:
+        axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", color="#777")
+        return
+    for key, group in _by_look(known).items():
+        time = [row["wall_time_s"] for row in group]
+        error = [factor * row[name] for row in group]
+        bars = [factor * (row["spread"][name] or 0.0) for row in group]
+        axes.errorbar(
+            time, error, bars, ls="none", ms=5.5, capsize=3, label=_name(key), **_look(key)
+        )
+        for row, x, y in zip(group, time, error, strict=True):
+            axes.annotate(
+                f"{row['S']:.4g}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7.5
+            )
+    noise = [(r["wall_time_s"], factor * r["noise"][name]) for r in known if _told(r, name)]
+    if noise:
+        axes.plot(*zip(*noise, strict=True), "x", color="#777", ms=5, label="between two seeds")
+
+
+def _told(row: Row, name: str) -> bool:
+    return row["noise"][name] is not None
+
+
+def _by_look(models: Sequence[Row]) -> dict[tuple[str, str, str], list[Row]]:
+    groups: dict[tuple[str, str, str], list[Row]] = {}
+    for row in models:
+        groups.setdefault((row["campaign"], row["scheme"], row["stiffness"]), []).append(row)
+    return groups
+
+
+def _look(key: tuple[str, str, str]) -> dict[str, Any]:
+    return LOOKS.get(key[1:], OTHER_LOOK)
+
+
+def _name(key: tuple[str, str, str]) -> str:
+    matched = "" if key[2] == "fixed" else ", E matched"
+    return key[1].replace("-", " ") + matched
