@@ -146,6 +146,8 @@ void PairGranFast::refuse_what_is_not_covered()
   refuse(pair_->cpl() != nullptr, "compute pair/gran/local");
   refuse(neighbor->contactDistanceFactor != 1.0, "models that act at a distance");
   refuse(pair_->dnum() != 3, "fixes that add to the contact history");
+  refuse(force->pair != pair_, "pair_style hybrid");
+  refuse(neighbor->includegroup != 0, "neigh_modify include");
 }
 
 pairs::Balls PairGranFast::balls() const
@@ -188,6 +190,10 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
 
 void PairGranFast::build_list()
 {
+  if (neighbor->exclude_setting())  // known to the engine only now
+    error->all(FLERR, (std::string(style_name) +
+                       " does not cover neigh_modify exclude; leave out `surface fast`")
+                          .c_str());
   const pairs::Balls now = balls();
   only_type_ = now.all > 0 ? now.type[0] : 0;
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
