@@ -1,6 +1,7 @@
 #include "pair_gran_fast.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -45,15 +46,33 @@ LIGGGHTS::PairStyles::IGranularPairStyle* create(LAMMPS* engine, PairGran* pair,
   return new PairGranFast(engine, pair, hash);
 }
 
+/// Of the engine's other models; it would answer that it does not know the surface model.
+LIGGGHTS::PairStyles::IGranularPairStyle* refuse(LAMMPS* engine, PairGran*, int64_t)
+{
+  engine->error->all(FLERR, (std::string(style_name) +
+                             " covers model hertz, tangential history or off, rolling_friction cdt "
+                             "or off, no cohesion; for other models leave out `surface fast`")
+                                .c_str());
+  return nullptr;
+}
+
 }  // namespace
 
 void PairGranFast::add_to_engine()
 {
   models::Factory::instance().addSurfaceModel("fast", surface_fast);
-  auto& pair_styles = LIGGGHTS::PairStyles::Factory::instance();
+  std::map<int, decltype(&create)> creators;
+  // The ids of LIGGGHTS-PUBLIC 3.8 end at 12, 4, 8 and 6.
+  for (int normal = 0; normal <= 12; ++normal)
+    for (int tangential = 0; tangential <= 4; ++tangential)
+      for (int cohesion = 0; cohesion <= 8; ++cohesion)
+        for (int rolling = 0; rolling <= 6; ++rolling)
+          creators[LIGGGHTS::Utils::generate_gran_hashcode(normal, tangential, cohesion, rolling,
+                                                           surface_fast)] = &refuse;
   for (const bool history : {false, true})
-    for (const bool rolling : {false, true})
-      pair_styles.addStyle("gran", static_cast<int>(hash_of(history, rolling)), &create);
+    for (const bool rolling : {false, true}) creators[hash_of(history, rolling)] = &create;
+  for (const auto& [hash, creator] : creators)
+    LIGGGHTS::PairStyles::Factory::instance().addStyle("gran", hash, creator);
 }
 
 PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
@@ -115,6 +134,10 @@ void PairGranFast::init_granular()
   while (neighbor->nrequest > 0 &&
          neighbor->requests[neighbor->nrequest - 1]->requestor == static_cast<void*>(pair_))
     delete neighbor->requests[--neighbor->nrequest];
+  if (pair_->dnum() == 0)  // made by read_restart, which knows no settings
+    error->all(
+        FLERR,
+        (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
   refuse_what_is_not_covered();
   laws_.clear();
   try {

@@ -47,12 +47,11 @@ def _run(folder, deck, steps, ranks=1):
     """State after the steps, one (n, 3) array for each of FIELDS, in the order of ids."""
     columns = " ".join(FIELDS)
     form = "%d" + " %.17g" * len(columns.split())
-    deck += f'dump end all custom 1 end.dump id {columns}\ndump_modify end format "{form}"\n'
-    result = run(
-        folder,
-        deck.replace("custom 1 end", f"custom {max(steps, 1)} end") + f"run {steps}\n",
-        ranks,
+    deck += (
+        f"dump end all custom {max(steps, 1)} end.dump id {columns}\n"
+        f'dump_modify end format "{form}"\nrun {steps}\n'
     )
+    result = run(folder, deck, ranks)
     assert result.code == 0, result.text[-600:]
     dump = read_dump(folder / "end.dump")
     return {names: np.column_stack([dump[name] for name in names.split()]) for names in FIELDS}
@@ -72,23 +71,16 @@ def _differ(a, b):
     return max(np.abs(a[n] - b[n]).max() / np.abs(b[n]).max() for n in FIELDS)
 
 
-def _again(folder, contacts, options, deck, *, edit=""):
+def _again(contacts, options, deck):
     """The deck that goes on from half.restart."""
     words = deck.split()
     wall = analytic_wall(S)
     if "curvature" in words:
         wall = mesh_wall(float(words[words.index("curvature") + 1]))
-    return (
-        with_contacts(
-            HEAD
-            + "read_restart half.restart\n"
-            + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
-            + wall_and_drive(S, "constant-gravity", wall, "now", ""),
-            contacts,
-            options,
-        )
-        + edit
-    )
+    material = MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
+    drive = wall_and_drive(S, "constant-gravity", wall, "now", "")
+    again = f"{HEAD}read_restart half.restart\n{material}{drive}"
+    return with_contacts(again, contacts, options)
 
 
 @pytest.mark.parametrize("wall", ["analytic", "mesh"])
@@ -100,7 +92,7 @@ def test_forces_and_torques_from_one_restart_are_those_of_stock(tmp_path, steps,
     assert made.code == 0, made.text[-600:]
     states = []
     for contacts, options in (("stock", ""), ("fast", MEMORY_STOCK)):
-        again = _again(tmp_path, contacts, options, deck)
+        again = _again(contacts, options, deck)
         if steps == 0:  # the forces of set-up, which this fix would replace by those it carried
             again = again.replace("fix forces all mill/forces\n", "")
         states.append(_run(tmp_path, again, steps))
@@ -185,6 +177,32 @@ def test_a_damped_collision_has_its_restitution_as_stock(tmp_path, e):
     assert fast[:, 0].sum() == pytest.approx(1.0, rel=1e-13)  # momentum, equal masses
 
 
+MORE_BALLS = "".join(
+    f"create_atoms 1 single {x!r} {y!r} {z!r} units box\n"
+    for x, y, z in (BALLS[:20] + np.array([0.0, 0.0, 0.3])).tolist()
+)
+BETWEEN_RUNS = {
+    "nothing": "",
+    "balls added": MORE_BALLS + "set type 1 diameter 0.04 density 2678\n",
+    "balls removed": "group g id 3 7 40 41\ndelete_atoms group g compress no\n",
+    "another material": "set atom 1*33 type 2\n",
+    "another skin": "neighbor 0.004 bin\n",
+    "the pair style again": "{pair_style}\npair_coeff * *\n",
+    "a restart file": "write_restart half.restart\nrun 300 pre no\n",
+}
+
+
+@pytest.mark.parametrize("edit", BETWEEN_RUNS.values(), ids=BETWEEN_RUNS)
+def test_between_two_runs_a_deck_may_do_what_it_may_with_stock(tmp_path, edit):
+    states = []
+    for contacts, options in (("stock", ""), ("fast", MEMORY_STOCK)):
+        deck = _deck(tmp_path, contacts, options)
+        style = next(line for line in deck.splitlines() if line.startswith("pair_style"))
+        deck += "run 300\n" + edit.format(pair_style=style)
+        states.append(_run(tmp_path, deck, 300))
+    _assert_same(states[1], states[0], 1e-9)
+
+
 def test_balls_created_in_another_order_move_the_same(tmp_path):
     order = np.random.default_rng(3).permutation(len(BALLS))
     straight = _run(tmp_path, _deck(tmp_path, "fast"), 300)
@@ -242,7 +260,24 @@ def test_another_contact_model_is_refused(tmp_path, model):
     deck = _deck(tmp_path, "stock").replace(STOCK_CONTACTS, f"pair_style gran {model} surface fast")
     result = run(tmp_path, deck + "run 1\n")
     assert result.code != 0
-    assert result.error
+    assert "surface fast covers model hertz, tangential history or off" in result.error
+
+
+def test_a_hybrid_pair_style_is_refused(tmp_path):
+    deck = _deck(tmp_path, "fast").replace("pair_style      gran", "pair_style hybrid gran")
+    result = run(tmp_path, deck.replace("pair_coeff      * *", "pair_coeff * * gran") + "run 1\n")
+    assert result.code != 0
+    assert "does not cover pair_style hybrid" in result.error
+
+
+def test_a_restart_without_its_pair_style_is_refused(tmp_path):
+    deck = _deck(tmp_path, "fast")
+    run(tmp_path, deck + "run 1\nwrite_restart half.restart\n")
+    again = _again("fast", "", deck)
+    settings = again[again.index("pair_style") : again.index("timestep")]
+    result = run(tmp_path, again.replace(settings, "") + "run 1\n")
+    assert result.code != 0
+    assert "repeat the pair_style command after read_restart" in result.error
 
 
 NOT_COVERED = [
