@@ -74,11 +74,13 @@ class CellGrid {
         high[d] = std::max(high[d], balls.position[i][d]);
       }
     // A layer of empty cells all round spares the tests at the border.
-    double edge = reach;
+    // The hair keeps rounding from putting a pair at the very reach two cells apart.
+    double edge = (1.0 + 1e-6) * reach;
     for (;; edge *= 1.3) {
       double count = 1.0;
       for (int d = 0; d < 3; ++d) {
-        cells_[d] = 3 + static_cast<int>(std::min(1e4, (high[d] - low_[d]) / edge));
+        // Without balls, high - low is minus infinity.
+        cells_[d] = 3 + static_cast<int>(std::clamp((high[d] - low_[d]) / edge, 0.0, 1e4));
         count *= cells_[d];
       }
       if (count < 64.0 + 8.0 * balls.all) break;

@@ -1,6 +1,7 @@
 #include "pair_gran_fast.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -46,15 +47,33 @@ LIGGGHTS::PairStyles::IGranularPairStyle* create(LAMMPS* engine, PairGran* pair,
   return new PairGranFast(engine, pair, hash);
 }
 
+/// Of the engine's other models; it would answer that it does not know the surface model.
+LIGGGHTS::PairStyles::IGranularPairStyle* refuse(LAMMPS* engine, PairGran*, int64_t)
+{
+  engine->error->all(FLERR, (std::string(style_name) +
+                             " covers model hertz, tangential history or off, rolling_friction cdt "
+                             "or off, no cohesion; for other models leave out `surface fast`")
+                                .c_str());
+  return nullptr;
+}
+
 }  // namespace
 
 void PairGranFast::add_to_engine()
 {
   models::Factory::instance().addSurfaceModel("fast", surface_fast);
-  auto& pair_styles = LIGGGHTS::PairStyles::Factory::instance();
+  std::map<int, decltype(&create)> creators;
+  // The ids of LIGGGHTS-PUBLIC 3.8 end at 12, 4, 8 and 6.
+  for (int normal = 0; normal <= 12; ++normal)
+    for (int tangential = 0; tangential <= 4; ++tangential)
+      for (int cohesion = 0; cohesion <= 8; ++cohesion)
+        for (int rolling = 0; rolling <= 6; ++rolling)
+          creators[LIGGGHTS::Utils::generate_gran_hashcode(normal, tangential, cohesion, rolling,
+                                                           surface_fast)] = &refuse;
   for (const char* tangential : tangential_models)
-    for (const bool rolling : {false, true})
-      pair_styles.addStyle("gran", static_cast<int>(hash_of(tangential, rolling)), &create);
+    for (const bool rolling : {false, true}) creators[hash_of(tangential, rolling)] = &create;
+  for (const auto& [hash, creator] : creators)
+    LIGGGHTS::PairStyles::Factory::instance().addStyle("gran", hash, creator);
 }
 
 PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
@@ -121,6 +140,10 @@ void PairGranFast::init_granular()
   while (neighbor->nrequest > 0 &&
          neighbor->requests[neighbor->nrequest - 1]->requestor == static_cast<void*>(pair_))
     delete neighbor->requests[--neighbor->nrequest];
+  if (pair_->dnum() == 0)  // made by read_restart, which knows no settings
+    error->all(
+        FLERR,
+        (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
   refuse_what_is_not_covered();
   laws_.clear();
   try {
@@ -169,6 +192,8 @@ void PairGranFast::refuse_what_is_not_covered()
   refuse(pair_->cpl() != nullptr, "compute pair/gran/local");
   refuse(neighbor->contactDistanceFactor != 1.0, "models that act at a distance");
   refuse(pair_->dnum() != 3, "fixes that add to the contact history");
+  refuse(force->pair != pair_, "pair_style hybrid");
+  refuse(neighbor->includegroup != 0, "neigh_modify include");
 }
 
 pairs::Balls PairGranFast::balls() const
@@ -212,6 +237,10 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
 
 void PairGranFast::build_list()
 {
+  if (neighbor->exclude_setting())  // known to the engine only now
+    error->all(FLERR, (std::string(style_name) +
+                       " does not cover neigh_modify exclude; leave out `surface fast`")
+                          .c_str());
   const pairs::Balls now = balls();
   only_type_ = now.all > 0 ? now.type[0] : 0;
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))

@@ -24,6 +24,7 @@ communicate     single vel yes
 processors      1 * 1
 neigh_modify    delay 0
 """
+STOCK_CONTACTS = "pair_style      gran model hertz tangential history rolling_friction cdt"
 MATERIAL = """
 fix m1 all property/global youngsModulus peratomtype {youngs_modulus!r} {youngs_modulus!r}
 fix m2 all property/global poissonsRatio peratomtype 0.3 0.3
@@ -31,10 +32,10 @@ fix m3 all property/global coefficientRestitution peratomtypepair 2 0.1 0.2 0.2 
 fix m4 all property/global coefficientFriction peratomtypepair 2 0.545 0.5 0.5 0.5
 fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0.01 0.01 0.01 0.01
 neighbor        {skin!r} bin
-pair_style      gran model hertz tangential history rolling_friction cdt
+{stock_contacts}
 pair_coeff      * *
 timestep        {dt!r}
-"""
+""".replace("{stock_contacts}", STOCK_CONTACTS)
 
 
 SLICE = 0.2  # length of the periodic slice [m]
@@ -84,6 +85,13 @@ def run_file(folder: Path, deck: str, ranks: int = 1) -> Ran:
         timeout=300,
     )
     return Ran(done.returncode, done.stdout + done.stderr)
+
+
+def with_contacts(deck: str, contacts: str = "fast", options: str = "") -> str:
+    """The deck with the stock contacts of balls, or with our fast ones and their options."""
+    assert STOCK_CONTACTS in deck
+    surface = {"stock": "", "fast": f" surface fast {options}"}[contacts]
+    return deck.replace(STOCK_CONTACTS, STOCK_CONTACTS + surface)
 
 
 def write_liner(folder: Path, liner: mill_core.Liner, length: float, chord_error: float) -> float:

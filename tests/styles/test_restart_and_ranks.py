@@ -15,6 +15,7 @@ from scene import (
     read_dump,
     run,
     wall_and_drive,
+    with_contacts,
 )
 
 S = 2.6
@@ -26,13 +27,17 @@ CARRY_FORCES = "fix forces all mill/forces\n"
 COLUMNS = "id x y z vx vy vz omegax omegay omegaz " + " ".join(
     f"c_detach[{k}]" for k in range(1, 25)
 )
+STOCK = (("stock",), ("stock",))
+FAST = (("fast",), ("fast",))
+STOCK_THEN_FAST = (("stock",), ("fast", "memory stock"))
+FAST_THEN_STOCK = (("fast", "memory stock"), ("stock",))
 FLIGHTS = COLUMNS.split().index("c_detach[12]")
 
 
-def _save(steps):
+def _save(steps, end=STEPS):
     fields = '"%d' + " %.17g" * (len(COLUMNS.split()) - 1) + '"'
     return (
-        f"dump end all custom {STEPS} end.dump {COLUMNS}\ndump_modify end format {fields}\n"
+        f"dump end all custom {end} end.dump {COLUMNS}\ndump_modify end format {fields}\n"
         f'run {steps}\nprint "mill $(f_mill[1]) $(f_mill[2])"\nprint "torque $(f_liner[5])"\n'
     )
 
@@ -58,17 +63,21 @@ def _restart_deck(deck):
     )
 
 
-def _whole_and_in_halves(tmp_path, balls, velocity, wall, ranks=1, without=""):
+def _whole_and_in_halves(
+    tmp_path, balls, velocity, wall, ranks=1, without="", steps=STEPS, contacts=STOCK
+):
+    """contacts: arguments of with_contacts for the whole and the first half, for the second."""
     whole, halves = tmp_path / "whole", tmp_path / "halves"
     for folder in (whole, halves):
         folder.mkdir()
         deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall)
         deck = deck.replace(without, "")
-    first = run(whole, deck + velocity + _save(STEPS), ranks)
-    half = f"run {STEPS // 2}\nwrite_restart half.restart\n"
+    again = with_contacts(_restart_deck(deck), *contacts[1]).replace(without, "")
+    deck = with_contacts(deck, *contacts[0])
+    first = run(whole, deck + velocity + _save(steps, steps), ranks)
+    half = f"run {steps // 2}\nwrite_restart half.restart\n"
     run(halves, deck + velocity + half, ranks)
-    again = _restart_deck(deck).replace(without, "")
-    second = run(halves, again + _save(STEPS // 2), ranks)
+    second = run(halves, again + _save(steps // 2, steps), ranks)
     assert first.code == second.code == 0, second.text[-2000:]
     return _state(whole), _state(halves), first, second
 
@@ -83,6 +92,27 @@ def test_n_steps_restart_n_steps_equal_2n_steps(tmp_path, ranks, wall):
     assert whole[0, FLIGHTS] >= 1
     # The restart rounds the mesh's nodes once more, 1e-16 R; rolling on a face does not amplify it.
     np.testing.assert_allclose(whole, halves, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("contacts", "wall", "ranks"),
+    [
+        (STOCK, "analytic", 1),
+        (FAST, "analytic", 1),
+        (FAST, "analytic", 2),
+        (FAST, "mesh", 1),
+        (STOCK_THEN_FAST, "analytic", 1),
+        (FAST_THEN_STOCK, "analytic", 1),
+    ],
+)
+def test_a_charge_n_steps_restart_n_steps_equal_2n_steps(tmp_path, contacts, wall, ranks):
+    balls = loose_bed(RADIUS, 100, SLICE, seed=5)
+    whole, halves, *_ = _whole_and_in_halves(
+        tmp_path, balls, "", wall, ranks, steps=400, contacts=contacts
+    )
+    # Contact forces are summed in another order: 1e-16 a step, which the contacts amplify.
+    np.testing.assert_allclose(whole[:, :7], halves[:, :7], rtol=0.0, atol=1e-9)
+    assert (whole[:, 3] - balls[:, 2] < -1e-3).any()
 
 
 def test_without_the_forces_carried_over_a_restart_leaves_a_trace(tmp_path):
@@ -110,15 +140,24 @@ def test_a_throw_is_the_same_on_any_number_of_ranks(tmp_path, ranks, wall):
     assert states[0][0, FLIGHTS] >= 1
 
 
-@pytest.mark.parametrize("wall", ["analytic", "mesh"])
-def test_a_charge_is_the_same_on_two_ranks(tmp_path, wall):
+@pytest.mark.parametrize(
+    ("contacts", "wall", "ranks"),
+    [
+        ("stock", "analytic", 2),
+        ("stock", "mesh", 2),
+        ("fast", "analytic", 2),
+        ("fast", "mesh", 2),
+        ("fast", "analytic", 4),
+    ],
+)
+def test_a_charge_is_the_same_on_any_number_of_ranks(tmp_path, contacts, wall, ranks):
     states = []
-    for count in (1, 2):
+    for count in (1, ranks):
         folder = tmp_path / str(count)
         folder.mkdir()
         balls = loose_bed(RADIUS, 100, SLICE, seed=5)
         deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall)
-        result = run(folder, deck + _save(300).replace(f"custom {STEPS}", "custom 300"), count)
+        result = run(folder, with_contacts(deck, contacts) + _save(300, 300), count)
         assert result.code == 0, result.text[-2000:]
         states.append(_state(folder)[:, :7])
     # Contact forces are summed in another order: 1e-16 a step, which the contacts amplify.

@@ -1,0 +1,297 @@
+"""pair_style gran ... surface fast: the same contacts as stock, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from scene import (
+    HEAD,
+    MATERIAL,
+    SLICE,
+    STOCK_CONTACTS,
+    analytic_wall,
+    loose_bed,
+    mesh_wall,
+    mill_deck,
+    read_dump,
+    run,
+    wall_and_drive,
+    with_contacts,
+)
+
+S = 2.6
+RADIUS = 3.9 / S
+DT = 5e-5
+BALLS = loose_bed(RADIUS, 100, SLICE, seed=5)
+FIELDS = ("x y z", "vx vy vz", "omegax omegay omegaz", "fx fy fz", "tqx tqy tqz")
+MEMORY_STOCK = "memory stock"
+# Half the balls smaller, down to a quarter, and a third of the wall's material.
+SIZES_AND_MATERIALS = (
+    "".join(
+        f"set atom {k + 1} diameter {d!r} density 2678\n"
+        for k, d in enumerate(np.linspace(0.01, 0.04, 50).tolist())
+    )
+    + "set atom 1*33 type 2\n"
+)
+
+
+def _deck(
+    folder, contacts, options="", *, balls=BALLS, wall="analytic", skin=0.02, edit="", **more
+):
+    folder.mkdir(exist_ok=True)
+    deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall, **more)
+    deck = deck.replace("neighbor        0.02 bin", f"neighbor        {skin!r} bin")
+    return with_contacts(deck, contacts, options) + edit
+
+
+def _run(folder, deck, steps, ranks=1):
+    """State after the steps, one (n, 3) array for each of FIELDS, in the order of ids."""
+    columns = " ".join(FIELDS)
+    form = "%d" + " %.17g" * len(columns.split())
+    deck += (
+        f"dump end all custom {max(steps, 1)} end.dump id {columns}\n"
+        f'dump_modify end format "{form}"\nrun {steps}\n'
+    )
+    result = run(folder, deck, ranks)
+    assert result.code == 0, result.text[-600:]
+    dump = read_dump(folder / "end.dump")
+    return {names: np.column_stack([dump[name] for name in names.split()]) for names in FIELDS}
+
+
+def _assert_same(got, expected, tolerance):
+    """Every field to a share of its largest value."""
+    for names in FIELDS:
+        largest = np.abs(expected[names]).max()
+        np.testing.assert_allclose(
+            got[names], expected[names], rtol=0.0, atol=tolerance * largest, err_msg=names
+        )
+
+
+def _differ(a, b):
+    """Largest difference of a field, as a share of the field's largest value."""
+    return max(np.abs(a[n] - b[n]).max() / np.abs(b[n]).max() for n in FIELDS)
+
+
+def _again(contacts, options, deck):
+    """The deck that goes on from half.restart."""
+    words = deck.split()
+    wall = analytic_wall(S)
+    if "curvature" in words:
+        wall = mesh_wall(float(words[words.index("curvature") + 1]))
+    material = MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
+    drive = wall_and_drive(S, "constant-gravity", wall, "now", "")
+    again = f"{HEAD}read_restart half.restart\n{material}{drive}"
+    return with_contacts(again, contacts, options)
+
+
+@pytest.mark.parametrize("wall", ["analytic", "mesh"])
+@pytest.mark.parametrize("edit", ["", SIZES_AND_MATERIALS], ids=["equal", "sizes and materials"])
+@pytest.mark.parametrize("steps", [0, 1])
+def test_forces_and_torques_from_one_restart_are_those_of_stock(tmp_path, steps, edit, wall):
+    deck = _deck(tmp_path, "stock", wall=wall, edit=edit)
+    made = run(tmp_path, deck + "run 900\nwrite_restart half.restart\n")
+    assert made.code == 0, made.text[-600:]
+    states = []
+    for contacts, options in (("stock", ""), ("fast", MEMORY_STOCK)):
+        again = _again(contacts, options, deck)
+        if steps == 0:  # the forces of set-up, which this fix would replace by those it carried
+            again = again.replace("fix forces all mill/forces\n", "")
+        states.append(_run(tmp_path, again, steps))
+    stock, fast = states
+    np.testing.assert_array_equal(fast["x y z"], stock["x y z"])
+    assert np.abs(stock["fx fy fz"]).max() > 1.0
+    assert np.abs(stock["tqx tqy tqz"]).max() > 1e-3
+    # Rounding of 1e-16, of overlaps that are up to a thousand times smaller than the distance.
+    _assert_same(fast, stock, 1e-12)
+
+
+@pytest.mark.parametrize("wall", ["analytic", "mesh"])
+@pytest.mark.parametrize("edit", ["", SIZES_AND_MATERIALS], ids=["equal", "sizes and materials"])
+def test_a_thousand_steps_are_those_of_stock(tmp_path, edit, wall):
+    # A bed that collapses is chaotic: rounding of 1e-16 grows by 10^3 to 10^6 in these 0.05 s, so
+    # 1e-8 leaves a hundredfold. Three times as many steps would need a tolerance of the order of 1.
+    stock = _run(tmp_path, _deck(tmp_path, "stock", wall=wall, edit=edit), 1000)
+    fast = _run(tmp_path, _deck(tmp_path, "fast", MEMORY_STOCK, wall=wall, edit=edit), 1000)
+    _assert_same(fast, stock, 1e-8)
+    assert np.abs(stock["x y z"] - BALLS).max() > 2e-3  # it did collapse
+
+
+def test_memory_of_contact_is_stock_with_a_list_at_every_step(tmp_path):
+    # Stock forgets a contact that parted at its next neighbour list: here at once.
+    every = "neigh_modify delay 0 every 1 check no\n"
+    stock = _run(tmp_path, _deck(tmp_path, "stock", edit=every), 1400)
+    fast = _run(tmp_path, _deck(tmp_path, "fast"), 1400)
+    _assert_same(fast, stock, 1e-8)
+    stale = _run(tmp_path, _deck(tmp_path, "fast", MEMORY_STOCK), 1400)
+    assert _differ(stale, stock) > 1e-3  # contacts did part and meet again between two lists
+
+
+@pytest.mark.parametrize("options", ["", MEMORY_STOCK])
+def test_what_is_left_out_is_what_stock_leaves_out(tmp_path, options):
+    for words in (
+        "model hertz",
+        "model hertz tangential history",
+        "model hertz rolling_friction cdt",
+        "model hertz tangential history rolling_friction cdt tangential_damping off",
+    ):
+        states = []
+        for contacts in ("stock", "fast"):
+            deck = _deck(tmp_path, "stock")
+            terms, damping, off = words.partition(" tangential_damping")
+            surface = f" surface fast {options}" if contacts == "fast" else ""
+            line = f"pair_style gran {terms}{surface}{damping}{off}"
+            # Short enough that no contact parts and meets again.
+            states.append(_run(tmp_path, deck.replace(STOCK_CONTACTS, line), 300))
+        # cdt has the direction of a spin, however small and close to rounding that is.
+        _assert_same(*states, 1e-8)
+
+
+@pytest.mark.parametrize("level", [2, 3, 4])
+def test_a_kernel_of_choice_gives_the_same_motion_or_says_it_cannot_run(tmp_path, level):
+    best = _run(tmp_path, _deck(tmp_path, "fast"), 300)
+    deck = _deck(tmp_path, "fast", f"kernel {level}")
+    result = run(tmp_path, deck + "run 0\n")
+    if "as far as this machine has it" in result.error:
+        assert level > 2
+    else:
+        _assert_same(_run(tmp_path, deck, 300), best, 1e-9)
+
+
+@pytest.mark.parametrize("e", [0.1, 0.2, 0.5, 0.9, 0.98])
+def test_a_damped_collision_has_its_restitution_as_stock(tmp_path, e):
+    after = []
+    for contacts in ("stock", "fast"):
+        material = MATERIAL.replace("2 0.1 0.2 0.2 0.2", f"2 {e} {e} {e} {e}")
+        deck = (
+            HEAD.replace("f p f", "f f f")
+            + "region box block -1 1 -1 1 -1 1 units box\ncreate_box 2 box\n"
+            + with_contacts(material.format(youngs_modulus=5.98e7, skin=0.02, dt=1e-6), contacts)
+            + "create_atoms 1 single -0.02002 0 0\ncreate_atoms 2 single 0.02002 0 0\n"
+            + "set group all diameter 0.04 density 2678\n"
+            + "set atom 1 vx 1.5\nset atom 2 vx -0.5\nfix move all nve/sphere\n"
+        )
+        after.append(_run(tmp_path, deck, 5000))
+    stock, fast = (state["vx vy vz"] for state in after)
+    np.testing.assert_allclose(fast, stock, rtol=1e-10, atol=1e-13)
+    # First order in the step, which is a two-thousandth of the impact.
+    assert (fast[1, 0] - fast[0, 0]) / 2.0 == pytest.approx(e, abs=2e-3)
+    assert fast[:, 0].sum() == pytest.approx(1.0, rel=1e-13)  # momentum, equal masses
+
+
+MORE_BALLS = "".join(
+    f"create_atoms 1 single {x!r} {y!r} {z!r} units box\n"
+    for x, y, z in (BALLS[:20] + np.array([0.0, 0.0, 0.3])).tolist()
+)
+BETWEEN_RUNS = {
+    "nothing": "",
+    "balls added": MORE_BALLS + "set type 1 diameter 0.04 density 2678\n",
+    "balls removed": "group g id 3 7 40 41\ndelete_atoms group g compress no\n",
+    "another material": "set atom 1*33 type 2\n",
+    "another skin": "neighbor 0.004 bin\n",
+    "the pair style again": "{pair_style}\npair_coeff * *\n",
+    "a restart file": "write_restart half.restart\nrun 300 pre no\n",
+}
+
+
+@pytest.mark.parametrize("edit", BETWEEN_RUNS.values(), ids=BETWEEN_RUNS)
+def test_between_two_runs_a_deck_may_do_what_it_may_with_stock(tmp_path, edit):
+    states = []
+    for contacts, options in (("stock", ""), ("fast", MEMORY_STOCK)):
+        deck = _deck(tmp_path, contacts, options)
+        style = next(line for line in deck.splitlines() if line.startswith("pair_style"))
+        deck += "run 300\n" + edit.format(pair_style=style)
+        states.append(_run(tmp_path, deck, 300))
+    _assert_same(states[1], states[0], 1e-9)
+
+
+def test_balls_created_in_another_order_move_the_same(tmp_path):
+    order = np.random.default_rng(3).permutation(len(BALLS))
+    straight = _run(tmp_path, _deck(tmp_path, "fast"), 300)
+    shuffled = _run(tmp_path, _deck(tmp_path, "fast", balls=BALLS[order]), 300)
+    # Sums in another order: rounding, grown by the contacts.
+    _assert_same(shuffled, {names: field[order] for names, field in straight.items()}, 1e-9)
+
+
+def test_the_width_of_the_skin_changes_nothing(tmp_path):
+    # A list that missed a contact would miss others with another skin.
+    narrow, wide = (
+        _run(tmp_path, _deck(tmp_path, "fast", skin=skin, edit=SIZES_AND_MATERIALS), 1000)
+        for skin in (0.002, 0.02)
+    )
+    _assert_same(narrow, wide, 1e-8)
+
+
+def test_ranks_without_balls_do_nothing(tmp_path):
+    balls = BALLS[BALLS[:, 1] < 0.15]
+    one, four = (
+        _run(tmp_path, _deck(tmp_path, "fast", balls=balls, length=2.0), 300, ranks)
+        for ranks in (1, 4)
+    )
+    _assert_same(four, one, 1e-9)
+
+
+WRONG_WORDS = [
+    ("colour red", "unknown keyword 'colour'; accepted are tangential_damping, memory, kernel"),
+    ("limitForce on", "unknown keyword 'limitForce'"),
+    ("memory short", "memory: got 'short', accepted are of_contact, stock"),
+    ("memory", "memory: expected a value, the command ends here"),
+    ("tangential_damping yes", "tangential_damping: got 'yes', accepted are on, off"),
+    ("kernel 5", "kernel: 2, 3 or 4"),
+    ("kernel v3", "kernel: expected a number, got 'v3'"),
+]
+
+
+@pytest.mark.parametrize(("options", "cause"), WRONG_WORDS, ids=[w for w, _ in WRONG_WORDS])
+def test_a_wrong_option_gives_one_line_of_cause(tmp_path, options, cause):
+    result = run(tmp_path, _deck(tmp_path, "fast", options) + "run 1\n")
+    assert result.code != 0
+    assert cause in result.error
+
+
+OTHER_MODELS = [
+    "model hooke tangential history",
+    "model hertz tangential history rolling_friction epsd2",
+    "model hertz tangential history cohesion sjkr",
+    "model hertz tangential no_history",
+]
+
+
+@pytest.mark.parametrize("model", OTHER_MODELS)
+def test_another_contact_model_is_refused(tmp_path, model):
+    deck = _deck(tmp_path, "stock").replace(STOCK_CONTACTS, f"pair_style gran {model} surface fast")
+    result = run(tmp_path, deck + "run 1\n")
+    assert result.code != 0
+    assert "surface fast covers model hertz, tangential history or off" in result.error
+
+
+def test_a_hybrid_pair_style_is_refused(tmp_path):
+    deck = _deck(tmp_path, "fast").replace("pair_style      gran", "pair_style hybrid gran")
+    result = run(tmp_path, deck.replace("pair_coeff      * *", "pair_coeff * * gran") + "run 1\n")
+    assert result.code != 0
+    assert "does not cover pair_style hybrid" in result.error
+
+
+def test_a_restart_without_its_pair_style_is_refused(tmp_path):
+    deck = _deck(tmp_path, "fast")
+    run(tmp_path, deck + "run 1\nwrite_restart half.restart\n")
+    again = _again("fast", "", deck)
+    settings = again[again.index("pair_style") : again.index("timestep")]
+    result = run(tmp_path, again.replace(settings, "") + "run 1\n")
+    assert result.code != 0
+    assert "repeat the pair_style command after read_restart" in result.error
+
+
+NOT_COVERED = [
+    ("fix cold all freeze", "frozen balls (fix freeze)"),
+    ("compute pairs all pair/gran/local pos", "compute pair/gran/local"),
+    ("compute p all pressure thermo_temp\nthermo_style custom step c_p", "no pressure, virial"),
+    ("compute s all stress/atom\ndump s all custom 1 s.dump c_s[1]", "no pressure, virial"),
+    ("neigh_modify exclude type 1 2", "neigh_modify exclude"),
+    ("group g id 1\natom_modify first g\nneigh_modify include g", "neigh_modify include"),
+]
+
+
+@pytest.mark.parametrize(("line", "cause"), NOT_COVERED, ids=[w for w, _ in NOT_COVERED])
+def test_what_is_not_covered_is_refused(tmp_path, line, cause):
+    result = run(tmp_path, _deck(tmp_path, "fast") + f"{line}\nrun 1\n")
+    assert result.code != 0
+    assert cause in result.error, result.text[-600:]
