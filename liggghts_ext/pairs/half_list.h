@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "pairs/cells.h"
@@ -21,6 +22,10 @@ struct HalfList {
   std::vector<double> displacement;  ///< tangential memory of the contact on i, three each [m]
 
   int owned() const { return static_cast<int>(first.size()); }
+  std::size_t pairs() const
+  {
+    return std::accumulate(partners.begin(), partners.end(), std::size_t{0});
+  }
 };
 
 /// Balls sorted into a grid of cells no smaller than the longest reach, so that a ball's partners

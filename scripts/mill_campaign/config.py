@@ -112,8 +112,9 @@ class Study:
 class Campaign:
     """Everything a campaign file says.
 
-    `contacts` says who evaluates those between balls, `fast` or `stock`; `force` names what the decks have although the scene does not need it; `warnings` are what the
-    file says that is not used; `ranks` and `jobs` None leave it to the machine.
+    `contacts` says who evaluates those between balls, `fast` or `stock`; `force` names what the
+    decks have although the scene does not need it; `warnings` are what the file says that is not
+    used; `ranks` and `jobs` None leave it to the machine.
     """
 
     file: Path

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pairs/half_list.h"
+#include "pairs/kernel.h"
 
 /// Balls that own their arrays: the owned ones first, then ghosts.
 struct Cloud {
@@ -65,4 +66,13 @@ inline Cloud random_cloud(const CloudSize& size, unsigned seed)
   }
   cloud.ghosts = size.ghosts;
   return cloud;
+}
+
+/// Those this machine can run.
+inline std::vector<millscale::pairs::Kernel> kernels()
+{
+  std::vector<millscale::pairs::Kernel> found;
+  for (int level = 2; level <= 4; ++level)
+    if (millscale::pairs::runs(level)) found.push_back(millscale::pairs::kernel(level));
+  return found;
 }
