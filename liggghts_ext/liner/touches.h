@@ -103,7 +103,7 @@ class TouchFinder {
     if (n == 0) return 0;
     const float angle = std::atan2(static_cast<float>(-p.x), static_cast<float>(-p.z));
     const double turns = (angle - liner_.phase()) / liner_.pitch();
-    return detail::wrapped(static_cast<int>(std::lround(std::fmod(turns, n))), n);
+    return detail::wrapped(static_cast<int>(std::lround(turns)), n);
   }
 
   void touch_groove(int groove, Local at, Point p, double distance, double ball_radius,
@@ -166,7 +166,7 @@ class TouchFinder {
         return;
       }
     } else if (along < 0.0 && gap.tangential > 0.0) {
-      const double distance = std::hypot(gap.radial, gap.tangential);
+      const double distance = std::sqrt(gap.radial * gap.radial + gap.tangential * gap.tangential);
       if (distance < ball_radius) {
         add(ball_radius - distance, side, {gap.radial / distance, gap.tangential / distance});
         return;

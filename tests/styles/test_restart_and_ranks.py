@@ -104,6 +104,7 @@ def test_n_steps_restart_n_steps_equal_2n_steps(tmp_path, ranks, wall):
         (STOCK_THEN_FAST, "analytic", 1),
         (FAST_THEN_STOCK, "analytic", 1),
     ],
+    ids=["stock", "fast", "fast 2 ranks", "fast mesh", "stock then fast", "fast then stock"],
 )
 def test_a_charge_n_steps_restart_n_steps_equal_2n_steps(tmp_path, contacts, wall, ranks):
     balls = loose_bed(RADIUS, 100, SLICE, seed=5)
