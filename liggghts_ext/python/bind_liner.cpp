@@ -99,8 +99,7 @@ struct TouchRows {
 TouchRows touch_rows(const Liner& liner, const Points& centres, double ball_radius,
                      std::optional<double> chord_error)
 {
-  const TouchFinder finder(liner,
-                           chord_error ? wall_chords(liner, *chord_error) : GrooveChords{});
+  const TouchFinder finder(liner, chord_error ? wall_chords(liner, *chord_error) : GrooveChords{});
   std::vector<std::int64_t> ball;
   std::vector<Touch> found;
   for (std::size_t i = 0; i < centres.shape(0); ++i) {

@@ -188,11 +188,10 @@ def time_part(campaign: Campaign, model: Model, step: Step) -> Part:
     wait_steps = round(study.wait * model.scaled.base.time / dt)
     rotation_steps = max(1, round(study.rotation_angle / (model.scaled.mill.omega * dt)))
     if not single:
-        # The engine counts output from step 0: whole intervals put all models' dumps at equal
-        # mill angles, the last one at the end.
+        # Whole intervals: the last dump is at the end, at the same mill angle in every model.
         dump_steps = max(1, round(study.dump_angle / (model.scaled.mill.omega * dt)))
-        wait_steps = math.ceil(wait_steps / dump_steps) * dump_steps
-        rotation_steps = max(1, round(study.rotation_angle / study.dump_angle)) * dump_steps
+        if rotation_steps >= dump_steps:
+            rotation_steps = round(study.rotation_angle / study.dump_angle) * dump_steps
     steps = rotation_steps + (wait_steps if single else 0)
     if wait_steps + rotation_steps > MOST_STEPS:
         raise CampaignError(

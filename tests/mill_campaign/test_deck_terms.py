@@ -17,6 +17,7 @@ EVERYTHING = {
     "tangential_model_pw": "history",
     "rolling_model_pp": "cdt",
     "rolling_model_pw": "cdt",
+    "surface": "fast",
 }
 
 
@@ -30,6 +31,12 @@ def said(case, side):
 
 def test_a_charge_with_friction_has_every_term(tmp_path):
     assert of_kind(tmp_path, "multi-ball")["deck"] == EVERYTHING
+
+
+def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
+    case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
+    assert case["deck"] == EVERYTHING | {"surface": "default"}
+    assert "contacts between balls evaluated by stock LIGGGHTS" in said(case, "in")
 
 
 def test_a_single_ball_has_no_pair_style_and_no_dumps(tmp_path):

@@ -56,11 +56,11 @@ def test_a_charge_comes_to_rest_on_the_wall_and_presses_with_its_weight(tmp_path
     deck = mill_deck(tmp_path, balls, S, "constant-gravity", dt=DT, start="never", wall="analytic")
     deck += "fix damp all viscous 1.0\n"
     deck += (
-        'thermo_style custom step ke f_liner[3]\nthermo 15000\nrun 15000\nprint "w $(f_liner[3])"\n'
+        'thermo_style custom step ke f_liner[3]\nthermo 30000\nrun 30000\nprint "w $(f_liner[3])"\n'
     )
     deck += "dump end all custom 1 end.dump id x y z\nrun 0\n"
     result = run(tmp_path, deck)
     weight = 60 * 4 / 3 * np.pi * 0.02**3 * 2678 * 9.81
-    assert result.printed("w")[0] == pytest.approx(-weight, rel=0.02)
+    assert result.printed("w")[0] == pytest.approx(-weight, rel=1e-3)  # balls rattle until 25000
     dump = read_dump(tmp_path / "end.dump")
     assert np.hypot(dump["x"], dump["z"]).max() < RADIUS - 0.0199

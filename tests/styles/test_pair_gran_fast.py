@@ -251,7 +251,6 @@ OTHER_MODELS = [
     "model hooke tangential history",
     "model hertz tangential history rolling_friction epsd2",
     "model hertz tangential history cohesion sjkr",
-    "model hertz tangential no_history",
 ]
 
 
@@ -261,6 +260,14 @@ def test_another_contact_model_is_refused(tmp_path, model):
     result = run(tmp_path, deck + "run 1\n")
     assert result.code != 0
     assert "surface fast covers model hertz, tangential history or off" in result.error
+
+
+def test_friction_without_memory_is_refused(tmp_path):
+    model = "pair_style gran model hertz tangential no_history surface fast"
+    deck = _deck(tmp_path, "stock").replace(STOCK_CONTACTS, model)
+    result = run(tmp_path, deck + "run 1\n")
+    assert result.code != 0
+    assert "tangential no_history` with friction between balls" in result.error
 
 
 def test_a_hybrid_pair_style_is_refused(tmp_path):
