@@ -83,8 +83,6 @@ def test_every_case_turns_the_same_angle_and_waits_the_same_scaled_time(tmp_path
         roundings = 1 if case.kind == "single-ball" else time["rotation_angle_rad"] / 0.5
         allowed = 0.51 * step_angle * roundings
         assert turned == pytest.approx(time["rotation_angle_rad"], abs=allowed)
-            time["rotation_angle_rad"], abs=0.51 * step_angle * roundings
-        )
         wait = 0.1 if case.kind == "single-ball" else 0.8
         scaled_wait = wait * case["factors"]["time"]
         assert time["start_s"] == pytest.approx(scaled_wait, abs=0.51 * time["step_s"])
