@@ -57,6 +57,8 @@ class TouchFinder {
       : liner_(liner),
         chords_(chords),
         clear_radius_(liner::clear_radius(liner, chords)),
+        phase_(std::remainder(liner.phase(), 2.0 * pi)),
+        per_pitch_(1.0 / liner.pitch()),
         cos_half_pitch_(std::cos(0.5 * liner.pitch())),
         sin_half_pitch_(std::sin(0.5 * liner.pitch())),
         tan_half_groove_(std::tan(liner.groove_half_angle())),
@@ -99,11 +101,11 @@ class TouchFinder {
   /// might take the next one, both give the same touches.
   int groove_of(Point p) const
   {
-    const int n = liner_.lifters();
-    if (n == 0) return 0;
+    if (liner_.lifters() == 0) return 0;
     const float angle = std::atan2(static_cast<float>(-p.x), static_cast<float>(-p.z));
-    const double turns = (angle - liner_.phase()) / liner_.pitch();
-    return detail::wrapped(static_cast<int>(std::lround(turns)), n);
+    const double turns = (angle - phase_) * per_pitch_;  // at least -n
+    const int n = liner_.lifters(), groove = static_cast<int>(turns + n + 0.5);
+    return groove >= 2 * n ? groove - 2 * n : groove >= n ? groove - n : groove;
   }
 
   void touch_groove(int groove, Local at, Point p, double distance, double ball_radius,
@@ -178,7 +180,8 @@ class TouchFinder {
 
   Liner liner_;
   GrooveChords chords_;
-  double clear_radius_, cos_half_pitch_, sin_half_pitch_, tan_half_groove_, cos_face_, sin_face_;
+  double clear_radius_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_, tan_half_groove_,
+      cos_face_, sin_face_;
   std::vector<Frame> grooves_;  ///< of the centres of the grooves
   Local face_{0.0, 0.0};        ///< from corner to foot
   double face_square_ = 0.0;

@@ -7,8 +7,10 @@ import statistics
 import subprocess
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
+from mill_analysis.series import Series, read_series
 from mill_campaign.engine_log import error_line, loop_timing
 from mill_campaign.engine_run import engine_environment, find_engine
 from mill_campaign.errors import CampaignError
@@ -18,6 +20,8 @@ from mill_campaign.run_command import request, run_campaign
 BALL = Path(__file__).parent / "ball.toml"
 CASE = "sb-cg-paper-S1.000"
 KINDS = ("mesh", "analytic")
+# The default, 2.5 % of the ball radius, and three times half of the last.
+CHORD_ERRORS_M = (5e-4, 2.5e-4, 1.25e-4, 6.25e-5)
 
 
 def ball_speedup(repeats: int, runs: Path, console: Console) -> dict:
@@ -40,10 +44,45 @@ def ball_speedup(repeats: int, runs: Path, console: Console) -> dict:
     }
 
 
-def _prepare(kind: str, folder: Path, console: Console) -> Path:
+def mesh_convergence(runs: Path, console: Console) -> dict:
+    """Paths of the ball on ever finer meshes against the analytic wall, first throw included.
+
+    Distances are the largest over the samples up to the mill angle at which the ball, on the
+    analytic wall, meets the liner again; later a distance grows with every impact.
+    """
+    exact = _path(_prepare("analytic", runs / "ball-analytic", console))
+    end = _end_of_first_throw(exact)
+    rows = []
+    for chord_error in CHORD_ERRORS_M:
+        folder = runs / f"ball-mesh-{chord_error:g}"
+        mesh = _path(_prepare("mesh", folder, console, chord_error))
+        apart = np.hypot(mesh["x_m"] - exact["x_m"], mesh["z_m"] - exact["z_m"])
+        energy = mesh["kinetic_translation_J"] - exact["kinetic_translation_J"]
+        rows.append(
+            {
+                "chord_error_m": chord_error,
+                "largest_distance_m": float(apart[:end].max()),
+                "kinetic_energy_at_the_end_J": float(abs(energy[end - 1])),
+            }
+        )
+    return {"to_mill_angle_rad": float(exact["mill_angle_rad"][end - 1]), "meshes": rows}
+
+
+def _path(case_folder: Path) -> Series:
+    return read_series(case_folder / "series.csv", "single-ball")
+
+
+def _end_of_first_throw(series: Series) -> int:
+    """Row after the last one of the first confirmed flight."""
+    flying = (series["flight_count"] == 1) & (series["time_in_flight_s"] > 0.0)
+    return int(np.flatnonzero(flying)[-1]) + 1
+
+
+def _prepare(kind: str, folder: Path, console: Console, chord_error: float | None = None) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     campaign = folder / BALL.name
-    campaign.write_text(BALL.read_text().replace('kind = "analytic"', f'kind = "{kind}"'))
+    wall = f'kind = "{kind}"' + (f"\nchord_error_m = {chord_error!r}" if chord_error else "")
+    campaign.write_text(BALL.read_text().replace('kind = "analytic"', wall))
     if not run_campaign(request(campaign, folder, [CASE], CoreWish()), console):
         raise CampaignError(
             "millscale bench", "ball", "the run failed", f"see millscale status {folder}"
@@ -54,7 +93,7 @@ def _prepare(kind: str, folder: Path, console: Console) -> Path:
 def _steps_per_s(case_folder: Path, folder: Path) -> float:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    for path in (*case_folder.glob("*.in"), case_folder / "liner.stl"):
+    for path in (*case_folder.glob("*.in"), *case_folder.glob("liner.stl")):
         shutil.copyfile(path, folder / path.name)
     done = subprocess.run(
         [find_engine(), "-in", "single_ball.in"],

@@ -8,7 +8,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from mill_bench.ball import ball_speedup
+from mill_bench.ball import ball_speedup, mesh_convergence
+from mill_bench.charge_walls import charges_on_both_walls
 from mill_bench.compare import Plan, interleaved, ratio_of_medians, rows
 from mill_bench.engines import ANALYTIC_WALL_ONLY, LIGGGHTS, MILLSCALE
 from mill_bench.record import provenance
@@ -55,6 +56,8 @@ def _walls(runs: Path, console: Console) -> dict:
         "schema": 1,
         "single_ball_speedup": ball_speedup(REPEATS, runs, console),
         "multi_ball_wall_speedup": _wall_speedup(timed[1], timed[0]),
+        "mesh_convergence": mesh_convergence(runs, console),
+        "charge_on_both_walls": charges_on_both_walls(runs, console),
         "rows": rows(scene.name, variants, state, plan, timed),
         "provenance": provenance(),
     }

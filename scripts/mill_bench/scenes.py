@@ -10,7 +10,9 @@ from pathlib import Path
 
 from rich.console import Console
 
+from liner_mesh import build_liner_mesh, write_stl
 from mill_bench.state import STATE_FILE, State, write_data
+from mill_campaign.charge import liner_of
 from mill_campaign.engine_run import engine_environment, find_engine
 from mill_campaign.errors import CampaignError
 from mill_campaign.machine import CoreWish
@@ -98,6 +100,10 @@ def _write_state(case_folder: Path) -> None:
     dump = case_folder / "state.dump"
     balls = write_data(dump, box, case_folder / STATE_FILE)
     dump.unlink()
+    surface = build_liner_mesh(
+        liner_of(case), box[1], case["wall"]["chord_error_m"], case["wall"]["axial_divisions"]
+    )
+    write_stl(case_folder / "liner.stl", surface)
     part = case_folder / "state.json.part"
     part.write_text(json.dumps({"mill_angle_rad": float(angle[-1]), "balls": balls}) + "\n")
     part.replace(case_folder / "state.json")
