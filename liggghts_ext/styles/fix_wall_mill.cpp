@@ -188,16 +188,20 @@ void FixWallMill::find_near(const MillNow& mill)
   if (neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal) count_touching();
   near_.resize(atom->nlocal);
   const double low = ends_ ? ends_->low : -INFINITY, high = ends_ ? ends_->high : INFINITY;
+  const double clear = touches_of_->clear_radius();
+  const Vector axis = mill.axis, origin = mill.origin;
   int near = 0;
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* x = atom->x[i];
-    const Vector arm{x[0] - mill.origin[0], x[1] - mill.origin[1], x[2] - mill.origin[2]};
-    const double along = millscale::dot(arm, mill.axis), radius = atom->radius[i];
-    const double reach = std::max(0.0, touches_of_->clear_radius() - radius);
-    const bool inside = millscale::dot(arm, arm) - along * along < reach * reach &&
-                        along - radius > low && along + radius < high;
-    near_[near] = i;
-    near += (!inside || touching_[i] > 0) && (atom->mask[i] & groupbit);
+    const double radius = atom->radius[i], reach = std::max(0.0, clear - radius);
+    const Vector arm{x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]};
+    const double along = millscale::dot(arm, axis);
+    const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
+    const bool clear_of_ends = (along - radius > low) & (along + radius < high);
+    const bool touched = touching_[i] != 0;
+    if (touched) __builtin_prefetch(row(i));
+    near_[near] = i;  // kept only if it counts: no branch to mispredict
+    near += (!(clear_of_liner & clear_of_ends) | touched) & ((atom->mask[i] & groupbit) != 0);
   }
   near_.resize(near);
 }
