@@ -189,7 +189,8 @@ def bench(
         str,
         typer.Option(
             help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
-            "wall: mesh against analytic wall, for one ball and for s2.6."
+            "wall: mesh against analytic wall, for one ball and for s2.6; "
+            "slices: what a shorter piece of the mill changes."
         ),
     ] = "s2.6",
     quick: Annotated[
@@ -212,7 +213,7 @@ def bench(
 
     console = Console(stderr=True) if as_json else _console()
     result = time_scene(scene, quick, runs, console)
-    if as_json:
+    if as_json or "rows" not in result:
         typer.echo(text(result))
     else:
         console.print(table(result))
