@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <numeric>
 #include <vector>
 
@@ -45,30 +46,54 @@ class CellGrid {
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     next_.assign(start_.begin(), start_.end() - 1);
     // Four may be read where one is left.
-    sorted_.resize(balls.all + HalfList::stride);
+    for (auto& numbers : sorted_) numbers.resize(balls.all + HalfList::stride);
     index_.resize(balls.all + HalfList::stride);
     for (int i = 0; i < balls.all; ++i) {
       const int place = next_[cell_of_[i]]++;
-      const double* x = balls.position[i];
-      sorted_[place] = {x[0], x[1], x[2], balls.radius[i]};
+      for (int d = 0; d < 3; ++d) sorted_[d][place] = balls.position[i][d];
+      sorted_[3][place] = balls.radius[i];
       index_[place] = i;
     }
   }
 
-  Cells cells() const
-  {
-    return {start_.data(), cell_of_.data(), sorted_.data(), index_.data(), {cells_[0], cells_[1]}};
-  }
+  int cells() const { return static_cast<int>(start_.size()) - 1; }
 
-  /// Most partners ball i can have.
-  int room(int i) const
+  /// Balls of a cell.
+  const int* begin(int cell) const { return index_.data() + start_[cell]; }
+  const int* end(int cell) const { return index_.data() + start_[cell + 1]; }
+
+  /// Copies the balls of an inner cell and those around it side by side, good until the next call.
+  Candidates around(int cell)
   {
-    int balls = 0;
-    for_rows_around(cells(), i, [&](int begin, int end) { balls += end - begin; });
-    return balls;
+    int count = 0;
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy) {
+        // Three cells of a row lie side by side.
+        const int row = cell + cells_[0] * (dy + cells_[1] * dz);
+        const int first = start_[row - 1], balls = start_[row + 2] - first;
+        const std::size_t needed = count + balls + HalfList::stride;
+        if (near_index_.size() < needed) {
+          for (auto& numbers : near_) numbers.resize(2 * needed);
+          near_index_.resize(2 * needed);
+        }
+        // Rows are short: whole fours, in place of a call for each.
+        for (int k = 0; k < balls; k += HalfList::stride) {
+          for (int d = 0; d < 4; ++d) copy_four(&sorted_[d][first + k], &near_[d][count + k]);
+          copy_four(&index_[first + k], &near_index_[count + k]);
+        }
+        count += balls;
+      }
+    return {near_[0].data(), near_[1].data(),    near_[2].data(),
+            near_[3].data(), near_index_.data(), count};
   }
 
  private:
+  template <class Number>
+  static void copy_four(const Number* from, Number* to)
+  {
+    std::memcpy(to, from, 4 * sizeof(Number));
+  }
+
   void lay_out(const Balls& balls, double reach)
   {
     double high[3];
@@ -104,8 +129,8 @@ class CellGrid {
   double low_[3], inverse_edge_ = 1.0;
   int cells_[3];
   std::vector<int> cell_of_, start_, next_;
-  std::vector<Cells::Row> sorted_;
-  std::vector<int> index_;
+  std::vector<double> sorted_[4], near_[4];  ///< x, y, z, radius
+  std::vector<int> index_, near_index_;
 };
 
 /// Lists the pairs whose surfaces are within `gap` [m]; memories are zero, nothing touches.
@@ -115,20 +140,26 @@ inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap
   double largest = 0.0;
   for (int i = 0; i < balls.all; ++i) largest = std::max(largest, balls.radius[i]);
   grid.sort(balls, 2.0 * largest + gap);
-  const Cells cells = grid.cells();
   list.first.resize(balls.owned);
   list.partners.resize(balls.owned);
   std::size_t count = 0;
-  for (int i = 0; i < balls.owned; ++i) {
-    const std::size_t needed = count + grid.room(i) + 2 * HalfList::stride;
-    if (list.other.size() < needed) list.other.resize(needed + needed / 2);
-    int* const begin = list.other.data() + count;
-    const double* x = balls.position[i];
-    int* end = list_partners(cells, i, {x[0], x[1], x[2], balls.radius[i] + gap}, begin);
-    list.first[i] = static_cast<int>(count);
-    list.partners[i] = static_cast<int>(end - begin);
-    for (; (end - begin) % HalfList::stride != 0; ++end) *end = i;
-    count += end - begin;
+  for (int cell = 0; cell < grid.cells(); ++cell) {
+    if (std::none_of(grid.begin(cell), grid.end(cell), [&](int i) { return i < balls.owned; }))
+      continue;
+    const Candidates candidates = grid.around(cell);
+    for (const int* ball = grid.begin(cell); ball != grid.end(cell); ++ball) {
+      const int i = *ball;
+      if (i >= balls.owned) continue;
+      const std::size_t needed = count + candidates.count + 2 * HalfList::stride;
+      if (list.other.size() < needed) list.other.resize(2 * needed);
+      int* const begin = list.other.data() + count;
+      const double* x = balls.position[i];
+      int* end = list_partners(candidates, i, {x[0], x[1], x[2], balls.radius[i] + gap}, begin);
+      list.first[i] = static_cast<int>(count);
+      list.partners[i] = static_cast<int>(end - begin);
+      for (; (end - begin) % HalfList::stride != 0; ++end) *end = i;
+      count += end - begin;
+    }
   }
   list.other.resize(count);
   list.touching.assign(count, 0);

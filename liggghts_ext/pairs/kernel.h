@@ -27,15 +27,15 @@ using Evaluate = void (*)(const Task&);
 /// The same source compiled for levels of x86-64: the forces of all pairs, the partners of a ball.
 namespace v2 {
 void evaluate(const Task&);
-int* list_partners(const Cells&, int i, Cells::Row centre, int* out);
+int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v2
 namespace v3 {
 void evaluate(const Task&);
-int* list_partners(const Cells&, int i, Cells::Row centre, int* out);
+int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v3
 namespace v4 {
 void evaluate(const Task&);
-int* list_partners(const Cells&, int i, Cells::Row centre, int* out);
+int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v4
 
 struct Kernel {

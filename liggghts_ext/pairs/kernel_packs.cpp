@@ -300,20 +300,20 @@ inline void evaluate_found(const Task& task, Law& law, Found& found, bool last)
 
 }  // namespace
 
-int* list_partners(const Cells& cells, int i, Cells::Row ball, int* out)
+int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
 {
-  const Pack centre(Pack::Values{ball.x, ball.y, ball.z, ball.radius});
-  for_rows_around(cells, i, [&](int begin, int end) {
-    for (int k = begin; k < end; k += width) {
-      const int near =
-          meet(centre, [&](int lane) { return Pack(load<Pack::Values>(cells.sorted + k + lane)); });
-      const Ints index = load<Ints>(cells.index + k);
-      const int left = end - k, own = left < width ? (1 << left) - 1 : 15;
-      const int later = near & own & bits(Ints(index > i) & 1);
-      store(out, __builtin_shuffle(index, chosen[later].order));
-      out += __builtin_popcount(later);
-    }
-  });
+  const auto four = [](const double* numbers) { return Pack(load<Pack::Values>(numbers)); };
+  for (int k = 0; k < candidates.count; k += width) {
+    const Pack x = Pack(ball.x) - four(candidates.x + k), y = Pack(ball.y) - four(candidates.y + k);
+    const Pack z = Pack(ball.z) - four(candidates.z + k);
+    const Pack radii = Pack(ball.radius) + four(candidates.radius + k);
+    const int near = bits(radii * radii > x * x + y * y + z * z);
+    const Ints index = load<Ints>(candidates.index + k);
+    const int left = candidates.count - k, own = left < width ? (1 << left) - 1 : 15;
+    const int later = near & own & bits(Ints(index > i) & 1);
+    store(out, __builtin_shuffle(index, chosen[later].order));
+    out += __builtin_popcount(later);
+  }
   return out;
 }
 

@@ -64,17 +64,14 @@ void evaluate(const Task& task)
     }
 }
 
-int* list_partners(const Cells& cells, int i, Cells::Row ball, int* out)
+int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
 {
-  for_rows_around(cells, i, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      const Cells::Row& other = cells.sorted[k];
-      const double x = ball.x - other.x, y = ball.y - other.y, z = ball.z - other.z;
-      const double radii = ball.radius + other.radius;
-      *out = cells.index[k];  // kept only if it counts: no branch to mispredict
-      out += (x * x + y * y + z * z < radii * radii) & (cells.index[k] > i);
-    }
-  });
+  for (int k = 0; k < candidates.count; ++k) {
+    const double x = ball.x - candidates.x[k], y = ball.y - candidates.y[k],
+                 z = ball.z - candidates.z[k], radii = ball.radius + candidates.radius[k];
+    *out = candidates.index[k];  // kept only if it counts: no branch to mispredict
+    out += (x * x + y * y + z * z < radii * radii) & (candidates.index[k] > i);
+  }
   return out;
 }
 
