@@ -182,28 +182,31 @@ void FixWallMill::evaluate(double dt)
   for (const int i : near_) evaluate_ball(i, mill, dt);
 }
 
-/// Lists the balls that may touch and those that did; most balls of a mill do neither.
+/// Lists the balls that may touch and those that did; most balls of a mill do neither. Between two
+/// neighbour lists no ball moves by more than half the skin, where the engine sees to that; then
+/// the balls that were farther from liner and ends need no look until the next list.
 void FixWallMill::find_near(const MillNow& mill)
 {
-  if (neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal) count_touching();
-  near_.resize(atom->nlocal);
-  const double low = ends_ ? ends_->low : -INFINITY, high = ends_ ? ends_->high : INFINITY;
-  const double clear = touches_of_->clear_radius();
-  const Vector axis = mill.axis, origin = mill.origin;
-  int near = 0;
+  const bool sorted_anew = neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal;
+  const bool engine_watches =
+      neighbor->dist_check && neighbor->every == 1 && neighbor->delay == 0 && neighbor->skin > 0.0;
+  if (sorted_anew) count_touching();
+  if (!sorted_anew && engine_watches) return;
+  const double margin = engine_watches ? 0.5 * neighbor->skin : 0.0;
+  const double low = ends_ ? ends_->low + margin : -INFINITY;
+  const double high = ends_ ? ends_->high - margin : INFINITY;
+  const double clear = touches_of_->clear_radius() - margin;
+  near_.clear();
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* x = atom->x[i];
     const double radius = atom->radius[i], reach = std::max(0.0, clear - radius);
-    const Vector arm{x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]};
-    const double along = millscale::dot(arm, axis);
+    const Vector arm{x[0] - mill.origin[0], x[1] - mill.origin[1], x[2] - mill.origin[2]};
+    const double along = millscale::dot(arm, mill.axis);
     const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
-    const bool clear_of_ends = (along - radius > low) & (along + radius < high);
-    const bool touched = touching_[i] != 0;
-    if (touched) __builtin_prefetch(row(i));
-    near_[near] = i;  // kept only if it counts: no branch to mispredict
-    near += (!(clear_of_liner & clear_of_ends) | touched) & ((atom->mask[i] & groupbit) != 0);
+    const bool clear_of_ends = along - radius > low && along + radius < high;
+    if (clear_of_liner && clear_of_ends && touching_[i] == 0) continue;
+    if (atom->mask[i] & groupbit) near_.push_back(i);
   }
-  near_.resize(near);
 }
 
 void FixWallMill::count_touching()
