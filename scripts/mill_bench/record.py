@@ -12,9 +12,14 @@ from mill_campaign.machine import hardware
 
 
 def provenance() -> dict:
-    """Command, commit (None outside a repository), version, machine, date."""
+    """Command (without --runs: where the mills are kept says nothing), commit (None outside a
+    repository), version, machine, date."""
+    words = sys.argv[1:]
+    if "--runs" in words:
+        place = words.index("--runs")
+        words = words[:place] + words[place + 2 :]
     return {
-        "command": " ".join(["millscale", *sys.argv[1:]]),
+        "command": " ".join(["millscale", *words]),
         "commit": _commit(),
         "version": installed_version(),
         "machine": hardware(),
