@@ -20,6 +20,8 @@ from mill_campaign.run_command import request, run_campaign
 BALL = Path(__file__).parent / "ball.toml"
 CASE = "sb-cg-paper-S1.000"
 KINDS = ("mesh", "analytic")
+# The ball lies in the corner of groove and lifter.
+LIFTED_ANGLE_RAD = 2.0
 # All balls of the paper's mills fly from 2.6 to 3.57 rad (docs/reproduction.md).
 LAST_ANGLE_RAD = 3.5
 # The default, 2.5 % of the ball radius, and three times half of the last.
@@ -49,11 +51,15 @@ def ball_speedup(repeats: int, runs: Path, console: Console) -> dict:
 def mesh_convergence(runs: Path, console: Console) -> dict:
     """Paths of the ball on ever finer meshes against the analytic wall, first throw included.
 
-    Distances are the largest over the samples up to LAST_ANGLE_RAD, in the first throw; once the
-    ball has landed, a distance grows with every impact.
+    Distances are the largest over the samples up to LAST_ANGLE_RAD, in the first throw, that at
+    its end, and that at LIFTED_ANGLE_RAD; once the ball has landed, a distance grows with every
+    impact.
     """
     exact = _path(_prepare("analytic", runs / "ball-analytic", console))
-    end = int(np.searchsorted(exact["mill_angle_rad"], LAST_ANGLE_RAD))
+    end, lifted = (
+        int(np.searchsorted(exact["mill_angle_rad"], angle))
+        for angle in (LAST_ANGLE_RAD, LIFTED_ANGLE_RAD)
+    )
     rows = []
     for chord_error in CHORD_ERRORS_M:
         folder = runs / f"ball-mesh-{chord_error:g}"
@@ -64,6 +70,8 @@ def mesh_convergence(runs: Path, console: Console) -> dict:
             {
                 "chord_error_m": chord_error,
                 "largest_distance_m": float(apart[:end].max()),
+                "distance_on_the_lifter_m": float(apart[lifted]),
+                "distance_at_the_end_m": float(apart[end - 1]),
                 "kinetic_energy_at_the_end_J": float(abs(energy[end - 1])),
             }
         )
