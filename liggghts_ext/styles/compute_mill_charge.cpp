@@ -10,6 +10,7 @@
 #include "error.h"
 #include "fix_mill_similarity.h"
 #include "group.h"
+#include "liner_arguments.h"
 #include "modify.h"
 #include "update.h"
 
@@ -66,24 +67,14 @@ void ComputeMillCharge::parse(int narg, char** arg, int first)
   millscale::ArgumentList list(narg, arg, first);
   while (!list.done()) {
     const std::string key = list.word("a keyword");
+    if (millscale::read_liner_keyword(key, list, widths_)) continue;
     if (key == "mill")
       mill_id_ = list.word(key);
-    else if (key == "lifters")
-      widths_.lifters = list.count(key);
-    else if (key == "lifter_top_radius")
-      widths_.lifter_top_radius = list.number(key);
-    else if (key == "lifter_top_width")
-      widths_.lifter_top_width = list.number(key);
-    else if (key == "groove_width")
-      widths_.groove_width = list.number(key);
-    else if (key == "phase")
-      widths_.phase = list.number(key);
     else if (key == "box_angle")
       box_angle_ = list.number(key);
     else
-      throw std::invalid_argument("unknown keyword '" + key +
-                                  "'; accepted are mill, lifters, lifter_top_radius, "
-                                  "lifter_top_width, groove_width, phase, box_angle");
+      throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, " +
+                                  millscale::liner_keywords + ", box_angle");
   }
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");

@@ -9,6 +9,7 @@
 #include "contact_laws.h"
 #include "error.h"
 #include "fix_mill_similarity.h"
+#include "liner_arguments.h"
 #include "modify.h"
 #include "neighbor.h"
 #include "update.h"
@@ -76,20 +77,11 @@ void FixWallMill::parse(int narg, char** arg)
 
 void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList& list)
 {
+  if (millscale::read_liner_keyword(key, list, widths_)) return;
   if (key == "mill")
     mill_id_ = list.word(key);
   else if (key == "type")
     wall_type_ = list.count(key);
-  else if (key == "lifters")
-    widths_.lifters = list.count(key);
-  else if (key == "lifter_top_radius")
-    widths_.lifter_top_radius = list.number(key);
-  else if (key == "lifter_top_width")
-    widths_.lifter_top_width = list.number(key);
-  else if (key == "groove_width")
-    widths_.groove_width = list.number(key);
-  else if (key == "phase")
-    widths_.phase = list.number(key);
   else if (key == "groove")
     chord_error_ = list.choice(key, "polygon", "arc") ? list.positive("groove polygon") : 0.0;
   else if (key == "ends") {
@@ -101,10 +93,9 @@ void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList&
   else if (key == "rolling_friction")
     rolling_ = list.choice(key, "cdt", "off");
   else
-    throw std::invalid_argument("unknown keyword '" + key +
-                                "'; accepted are mill, type, lifters, lifter_top_radius, "
-                                "lifter_top_width, groove_width, phase, groove, ends, end_motion, "
-                                "rolling_friction");
+    throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, type, " +
+                                millscale::liner_keywords +
+                                ", groove, ends, end_motion, rolling_friction");
 }
 
 void FixWallMill::make_liner()
