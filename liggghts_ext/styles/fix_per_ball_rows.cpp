@@ -1,8 +1,11 @@
 #include "fix_per_ball_rows.h"
 
 #include <algorithm>
+#include <cstdio>
+#include <string>
 
 #include "atom.h"
+#include "error.h"
 #include "memory.h"
 
 using namespace LAMMPS_NS;
@@ -63,6 +66,15 @@ void FixPerBallRows::unpack_restart(int i, int nth)
 {
   const double* extra = atom->extra[i];
   for (int skipped = 0; skipped < nth; ++skipped) extra += static_cast<int>(*extra);
+  if (static_cast<int>(*extra) != width_ + 1) {
+    const std::string message = "fix " + std::string(style) + ": the restart file holds " +
+                                std::to_string(static_cast<int>(*extra) - 1) +
+                                " numbers per ball, this version reads " + std::to_string(width_) +
+                                "; run from the start, or use the version that wrote the file";
+    // The engine aborts before its own line of a redirected output is written.
+    std::fprintf(stderr, "ERROR: %s\n", message.c_str());
+    error->one(FLERR, message.c_str());
+  }
   std::copy(extra + 1, extra + 1 + width_, rows_[i]);
 }
 
