@@ -46,6 +46,22 @@ def dump_files(folder: Path) -> dict[int, Path]:
     return dict(sorted(by_step.items()))
 
 
+def required_dumps(folder: Path) -> dict[int, Path]:
+    """`dump_files` of a folder that must have some.
+
+    Raises:
+        RunFolderError: no dumps.
+    """
+    files = dump_files(folder)
+    if not files:
+        raise RunFolderError(
+            folder / "dump",
+            "no dumps charge.<step>.liggghts",
+            "run the case again: millscale run FILE --runs DIR --only ID",
+        )
+    return files
+
+
 def read_dump(path: Path) -> Dump:
     """One dump file.
 

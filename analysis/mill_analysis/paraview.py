@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mill_analysis.dumps import dump_files, read_dump
+from mill_analysis.dumps import read_dump, required_dumps
 from mill_analysis.run_folder import SERIES, RunFolderError
 from mill_analysis.series import read_series
 from mill_analysis.snapshots import first_dump, mill_angle_at, starts_on_rising_side
@@ -35,13 +35,7 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
     # Here, so that a case without dumps is told of without the drawing library.
     from mill_analysis.pictures import save_balls, save_liner
 
-    files = dump_files(folder)
-    if not files:
-        raise RunFolderError(
-            folder / "dump",
-            "no dumps charge.<step>.liggghts",
-            "run the case again: millscale run FILE --runs DIR --only ID",
-        )
+    files = required_dumps(folder)
     series = read_series(folder / SERIES, "multi-ball")
     steps = list(files)[::every]
     angles = mill_angle_at(np.array(steps, float), series)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mill_analysis.dumps import Dump, dump_files, read_dump
+from mill_analysis.dumps import Dump, read_dump, required_dumps
 from mill_analysis.run_folder import SERIES, RunFolderError
 from mill_analysis.series import Series, read_series
 
@@ -38,13 +38,7 @@ def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]
     Raises:
         RunFolderError: no dumps, or no series.
     """
-    files = dump_files(folder)
-    if not files:
-        raise RunFolderError(
-            folder / "dump",
-            "no dumps charge.<step>.liggghts",
-            "run the case again: millscale run FILE --runs DIR --only ID",
-        )
+    files = required_dumps(folder)
     series = read_series(folder / SERIES, "multi-ball")
     angles = mill_angle_at(np.array(list(files), float), series)
     paths = list(files.values())
@@ -79,7 +73,7 @@ def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:
 
 def first_dump(folder: Path) -> Dump:
     """The dump before the rotation, whose positions give the balls their colours."""
-    return read_dump(next(iter(dump_files(folder).values())))
+    return read_dump(next(iter(required_dumps(folder).values())))
 
 
 def draw_pictures(folder: Path, mill_angles: Sequence[float], to: Path) -> list[tuple[Path, float]]:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import shutil
 import statistics
-import subprocess
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 
 from mill_analysis.series import Series, read_series
-from mill_campaign.engine_log import error_line, loop_timing
-from mill_campaign.engine_run import engine_environment, find_engine
-from mill_campaign.errors import CampaignError
-from mill_campaign.machine import CoreWish
-from mill_campaign.run_command import request, run_campaign
+from mill_bench.running import engine_output, finish_campaign
+from mill_campaign.engine_log import loop_timing
+from mill_campaign.engine_run import find_engine
 
 BALL = Path(__file__).parent / "ball.toml"
 CASE = "sb-cg-paper-S1.000"
@@ -87,10 +84,7 @@ def _prepare(kind: str, folder: Path, console: Console, chord_error: float | Non
     campaign = folder / BALL.name
     wall = f'kind = "{kind}"' + (f"\nchord_error_m = {chord_error!r}" if chord_error else "")
     campaign.write_text(BALL.read_text().replace('kind = "analytic"', wall))
-    if not run_campaign(request(campaign, folder, [CASE], CoreWish()), console):
-        raise CampaignError(
-            "millscale bench", "ball", "the run failed", f"see millscale status {folder}"
-        )
+    finish_campaign(campaign, folder, [CASE], console)
     return folder / "cases" / CASE
 
 
@@ -99,16 +93,7 @@ def _steps_per_s(case_folder: Path, folder: Path) -> float:
     folder.mkdir(parents=True)
     for path in (*case_folder.glob("*.in"), *case_folder.glob("liner.stl")):
         shutil.copyfile(path, folder / path.name)
-    done = subprocess.run(
-        [find_engine(), "-in", "single_ball.in"],
-        cwd=folder,
-        env=engine_environment(),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
-    loop, cause = loop_timing(done.stdout), error_line(done.stdout + done.stderr)
-    if loop is None or cause:
-        raise RuntimeError(f"single_ball.in in {folder}: {cause or 'no time loop'}")
+    loop = loop_timing(engine_output([find_engine(), "-in", "single_ball.in"], folder))
+    if loop is None:
+        raise RuntimeError(f"single_ball.in in {folder}: no time loop")
     return loop.steps / loop.loop_time

@@ -9,10 +9,8 @@ from pathlib import Path
 
 from rich.console import Console
 
+from mill_bench.running import finish_campaign
 from mill_bench.scenes import MILLS
-from mill_campaign.errors import CampaignError
-from mill_campaign.machine import CoreWish
-from mill_campaign.run_command import request, run_campaign
 
 SEEDS = (1, 2, 3)
 QUANTITIES = ("kinetic", "torque", "power", "centre_x", "centre_z")
@@ -66,9 +64,6 @@ def _results(name: str, text: str, runs: Path, console: Console) -> list[dict]:
         content = content.replace(old, new)
     if not campaign.exists() or campaign.read_text() != content:
         campaign.write_text(content)
-    if not run_campaign(request(campaign, folder, [], CoreWish()), console):
-        raise CampaignError(
-            "millscale bench", name, "a charge failed", f"see millscale status {folder}"
-        )
+    finish_campaign(campaign, folder, [], console)
     cases = json.loads((folder / "campaign.json").read_text())["cases"]
     return [json.loads((folder / "cases" / case / "result.json").read_text()) for case in cases]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import shutil
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+from mill_bench.running import engine_output
 from mill_bench.state import State
-from mill_campaign.engine_log import error_line, loop_timing
-from mill_campaign.engine_run import engine_environment, find_engine, mpirun_line
+from mill_campaign.engine_log import loop_timing
+from mill_campaign.engine_run import find_engine, mpirun_line
 from mill_campaign.errors import CampaignError
 
 DECKS = Path(__file__).parent / "decks"
@@ -78,19 +78,7 @@ def time_run(
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
     (folder / "values.in").write_text("".join(lines))
     line = mpirun_line(engine_of(variant), "bench.in", "log.bench", ranks)
-    done = subprocess.run(
-        line,
-        cwd=folder,
-        env=engine_environment(),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
-    text = done.stdout + done.stderr
-    cause = error_line(text)
-    if done.returncode or cause:
-        raise RuntimeError(f"{variant.engine} in {folder}: {cause or done.returncode}")
+    text = engine_output(line, folder)
     return _phases(text[text.rindex("Loop time of") :])
 
 

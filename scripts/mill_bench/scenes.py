@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
 
 from liner_mesh import build_liner_mesh, write_stl
+from mill_bench.running import engine_output, finish_campaign
 from mill_bench.state import STATE_FILE, State, write_data
 from mill_campaign.charge import liner_of
-from mill_campaign.engine_run import engine_environment, find_engine
-from mill_campaign.errors import CampaignError
-from mill_campaign.machine import CoreWish
-from mill_campaign.run_command import request, run_campaign
+from mill_campaign.engine_run import find_engine
 
 MILLS = Path(__file__).parent / "mills.toml"
 _ANGLE = re.compile(r"^ *\d+ +\d+ +\S+ +(\S+)", re.M)
@@ -53,11 +50,7 @@ def prepare(scene: Scene, folder: Path, console: Console) -> State:
     case_folder = folder / "cases" / scene.case
     kept = case_folder / "state.json"
     if not kept.exists():
-        asked = request(MILLS, folder, [scene.case], CoreWish())
-        if not run_campaign(asked, console):
-            raise CampaignError(
-                "millscale bench", scene.name, "the mill did not run", f"millscale status {folder}"
-            )
+        finish_campaign(MILLS, folder, [scene.case], console)
         _write_state(case_folder)
     about = json.loads(kept.read_text())
     case = json.loads((case_folder / "case.json").read_text())
@@ -74,27 +67,11 @@ def _write_state(case_folder: Path) -> None:
     """From the last restart file of the case."""
     restarts = sorted(case_folder.glob("mill.*.restart"), key=lambda p: p.stat().st_mtime)
     deck = Path(__file__).parent / "decks" / "state.in"
-    done = subprocess.run(
-        [
-            find_engine(),
-            "-in",
-            deck.absolute(),
-            "-log",
-            "log.state",
-            "-var",
-            "restart",
-            restarts[-1].name,
-        ],
-        cwd=case_folder,
-        env=engine_environment(),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
-    angle = _ANGLE.findall(done.stdout)
-    if done.returncode or not angle:
-        raise RuntimeError(f"{deck.name} in {case_folder}: {done.stdout[-500:]}")
+    line = [find_engine(), "-in", deck.absolute(), "-log", "log.state"]
+    text = engine_output([*line, "-var", "restart", restarts[-1].name], case_folder)
+    angle = _ANGLE.findall(text)
+    if not angle:
+        raise RuntimeError(f"{deck.name} in {case_folder}: {text[-500:]}")
     case = json.loads((case_folder / "case.json").read_text())
     box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
     dump = case_folder / "state.dump"
