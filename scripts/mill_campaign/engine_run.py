@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import resource
 import shlex
 import shutil
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.engine_log import error_line, read_log
@@ -21,6 +23,17 @@ _GRACE_S = 10.0
 
 class EngineError(RuntimeError):
     """The engine did not come to the end of its deck."""
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What a run took [s]: from start to end, and on processors, the sum of all ranks.
+
+    Beside other work the first is longer than the run needs; the second is not.
+    """
+
+    wall_time: float
+    processor_time: float
 
 
 def find_engine() -> Path:
@@ -67,8 +80,8 @@ def mpirun_text(line: list[str]) -> str:
     return shlex.join(line)
 
 
-def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: Path) -> float:
-    """Run a deck in `folder`; returns the wall time [s]. It prints to this process's output.
+def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: Path) -> Spent:
+    """Run a deck in `folder` to its end. It prints to this process's output.
 
     Args:
         lock: descriptor that the engine inherits, so that the folder stays locked while it lives.
@@ -76,7 +89,7 @@ def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: P
     """
     line = mpirun_line(find_engine(), deck, log, ranks)
     print(mpirun_text(line), flush=True)
-    begin = time.monotonic()
+    begin, processor_begin = time.monotonic(), _processor_time()
     try:
         # A session of its own: a Ctrl-C reaches the stage only, which then ends mpirun once.
         process = subprocess.Popen(
@@ -97,7 +110,7 @@ def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: P
     cause = error_line(read_log(folder / log, screen))
     if code != 0 or cause:
         raise EngineError(cause or _exit_text(code))
-    return time.monotonic() - begin
+    return Spent(time.monotonic() - begin, _processor_time() - processor_begin)
 
 
 def engine_environment() -> dict[str, str]:
@@ -105,6 +118,12 @@ def engine_environment() -> dict[str, str]:
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return environment
+
+
+def _processor_time() -> float:
+    """User and system time of ended children and theirs [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def _end(process: subprocess.Popen) -> None:

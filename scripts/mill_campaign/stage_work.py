@@ -90,13 +90,11 @@ def engine(task: Task) -> None:
     for path in {*task.folder.glob("*.in"), *(task.folder / x for x in task.stage.inputs)}:
         (task.part / path.name).symlink_to(Path("..") / path.name)
     (task.part / DUMP_FOLDER).mkdir()
-    wall_time = run_deck(
-        task.stage.deck, task.part, task.ranks, task.lock, task.log, task.screen
-    )  # fmt: skip
+    spent = run_deck(task.stage.deck, task.part, task.ranks, task.lock, task.log, task.screen)
     loop = loop_timing(read_log(task.part / task.log))
     if loop is None:
         raise RuntimeError(f"{task.log} holds no finished run")
-    record = timing_record(task.stage.name, wall_time, loop)
+    record = timing_record(task.stage.name, spent, loop)
     completion = task.stage.products[-1]
     _write_json(task.part / completion, record)
     if not any((task.part / DUMP_FOLDER).iterdir()):

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from mill_campaign.engine_log import LoopTiming
+from mill_campaign.engine_run import Spent
 from mill_campaign.machine import hardware
 
 
-def timing_record(stage: str, wall_time: float, loop: LoopTiming) -> dict:
+def timing_record(stage: str, spent: Spent, loop: LoopTiming) -> dict:
     """The content of timing.json.
 
     Args:
-        wall_time: from the start of mpirun to its end [s].
+        spent: time from the start of mpirun to its end.
         loop: what the engine's log says of its time loop.
     """
     core_seconds = loop.loop_time * loop.ranks
@@ -22,7 +23,8 @@ def timing_record(stage: str, wall_time: float, loop: LoopTiming) -> dict:
         "balls": loop.balls,
         "steps": loop.steps,
         "particle_steps": loop.particle_steps,
-        "wall_time_s": wall_time,
+        "wall_time_s": spent.wall_time,
+        "processor_time_s": spent.processor_time,
         "loop_time_s": loop.loop_time,
         "particle_steps_per_s_core": loop.particle_steps / core_seconds if core_seconds else 0.0,
         "share": loop.share,
