@@ -4,6 +4,9 @@
 
 namespace millscale::pairs {
 
+/// Entries beyond the end of a list of pairs that may be read.
+constexpr int spare_entries = 32;
+
 /// Balls that may be partners of those of one cell: of it and the 26 around. Nothing is owned here;
 /// up to three more may be read.
 struct Candidates {

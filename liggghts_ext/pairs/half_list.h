@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <numeric>
 #include <vector>
 
 #include "pairs/cells.h"
@@ -12,27 +11,25 @@
 namespace millscale::pairs {
 
 /// Pairs of balls that are close, each once: owned ball i with every later ball j, owned or ghost.
-/// The pairs of ball i are entries first[i] .. first[i] + partners[i]; every ball's begin at a
-/// multiple of `stride`, and the entries between are there to be read, not to be used.
+/// The pairs of ball i are entries first[i] .. first[i] + partners[i]. Balls that are neighbours in
+/// space are neighbours in the list. Beyond the last entry there are `spare_entries` more to be
+/// read, not to be used.
 struct HalfList {
-  static constexpr int stride = 4;
-
+  int entries = 0;
   std::vector<int> first, partners;
-  std::vector<int> other;            ///< j
+  std::vector<int> own, other;       ///< i and j
   std::vector<int> touching;         ///< 1 while the two touch
   std::vector<double> displacement;  ///< tangential memory of the contact on i, three each [m]
 
   int owned() const { return static_cast<int>(first.size()); }
-  std::size_t pairs() const
-  {
-    return std::accumulate(partners.begin(), partners.end(), std::size_t{0});
-  }
 };
 
 /// Balls sorted into a grid of cells no smaller than the longest reach, so that a ball's partners
 /// are in its own and the 26 cells around.
 class CellGrid {
  public:
+  static constexpr int fours = 4;  ///< balls are copied and read by the four
+
   /// reach: largest distance of two centres that make a pair [m].
   void sort(const Balls& balls, double reach)
   {
@@ -46,8 +43,8 @@ class CellGrid {
     for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
     next_.assign(start_.begin(), start_.end() - 1);
     // Four may be read where one is left.
-    for (auto& numbers : sorted_) numbers.resize(balls.all + HalfList::stride);
-    index_.resize(balls.all + HalfList::stride);
+    for (auto& numbers : sorted_) numbers.resize(balls.all + fours);
+    index_.resize(balls.all + fours);
     for (int i = 0; i < balls.all; ++i) {
       const int place = next_[cell_of_[i]]++;
       for (int d = 0; d < 3; ++d) sorted_[d][place] = balls.position[i][d];
@@ -71,13 +68,13 @@ class CellGrid {
         // Three cells of a row lie side by side.
         const int row = cell + cells_[0] * (dy + cells_[1] * dz);
         const int first = start_[row - 1], balls = start_[row + 2] - first;
-        const std::size_t needed = count + balls + HalfList::stride;
+        const std::size_t needed = count + balls + fours;
         if (near_index_.size() < needed) {
           for (auto& numbers : near_) numbers.resize(2 * needed);
           near_index_.resize(2 * needed);
         }
         // Rows are short: whole fours, in place of a call for each.
-        for (int k = 0; k < balls; k += HalfList::stride) {
+        for (int k = 0; k < balls; k += fours) {
           for (int d = 0; d < 4; ++d) copy_four(&sorted_[d][first + k], &near_[d][count + k]);
           copy_four(&index_[first + k], &near_index_[count + k]);
         }
@@ -150,20 +147,29 @@ inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap
     for (const int* ball = grid.begin(cell); ball != grid.end(cell); ++ball) {
       const int i = *ball;
       if (i >= balls.owned) continue;
-      const std::size_t needed = count + candidates.count + 2 * HalfList::stride;
-      if (list.other.size() < needed) list.other.resize(2 * needed);
+      const std::size_t needed = count + candidates.count + 2 * CellGrid::fours;
+      if (list.other.size() < needed) {
+        list.own.resize(2 * needed);
+        list.other.resize(2 * needed);
+      }
       int* const begin = list.other.data() + count;
       const double* x = balls.position[i];
-      int* end = list_partners(candidates, i, {x[0], x[1], x[2], balls.radius[i] + gap}, begin);
+      const int* end =
+          list_partners(candidates, i, {x[0], x[1], x[2], balls.radius[i] + gap}, begin);
       list.first[i] = static_cast<int>(count);
       list.partners[i] = static_cast<int>(end - begin);
-      for (; (end - begin) % HalfList::stride != 0; ++end) *end = i;
-      count += end - begin;
+      std::fill_n(list.own.data() + count, list.partners[i], i);
+      count += list.partners[i];
     }
   }
-  list.other.resize(count);
-  list.touching.assign(count, 0);
-  list.displacement.assign(3 * count, 0.0);
+  list.entries = static_cast<int>(count);
+  const std::size_t room = count + spare_entries;
+  for (auto* ball : {&list.own, &list.other}) {
+    ball->resize(room);
+    std::fill_n(ball->data() + count, spare_entries, 0);
+  }
+  list.touching.assign(room, 0);
+  list.displacement.assign(3 * room, 0.0);
 }
 
 }  // namespace millscale::pairs

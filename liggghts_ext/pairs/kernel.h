@@ -2,13 +2,16 @@
 
 #include "contact/ball_force.h"
 #include "pairs/cells.h"
+#include "pairs/rows.h"
 
 namespace millscale::pairs {
 
 /// What the force of all pairs needs. Nothing is owned here. The list is a `HalfList`.
 struct Task {
   Balls balls;
-  const int *first, *partners, *other;
+  const Rows* rows;  ///< room for as many balls
+  int entries;
+  const int *own, *other;
   int* touching;
   double* displacement;
   const contact::BallLaw<double>* law;  ///< of types a and b: law[a * types + b], from 0

@@ -54,26 +54,38 @@ inline Pack shuffled(Pack first, Pack second)
   return Pack(__builtin_shuffle(first.values, second.values, Pack::Mask{a, b, c, d}));
 }
 
-/// x, y, z, 0 of one ball.
-inline Pack row(const double* vector)
+/// The first three numbers at an address, and 0.
+inline Pack three(const double* numbers)
 {
-  return Pack(Pack::Values(_mm256_maskload_pd(vector, _mm256_setr_epi64x(-1, -1, -1, 0))));
+  return Pack(Pack::Values(_mm256_maskload_pd(numbers, _mm256_setr_epi64x(-1, -1, -1, 0))));
 }
 
-/// x of all four rows, y of all, z of all.
-inline Vectors columns(Pack a, Pack b, Pack c, Pack d)
+inline Pack four(const double* numbers)
 {
+  return Pack(Pack::Values(_mm256_loadu_pd(numbers)));
+}
+
+/// The first three numbers of one, the fourth of the other.
+inline Pack with_fourth(Pack first, Pack other)
+{
+  return Pack(Pack::Values(_mm256_blend_pd(__m256d(first.values), __m256d(other.values), 8)));
+}
+
+struct Columns {
+  Vectors xyz;
+  Pack fourth;
+};
+
+/// x of all four rows, y of all, z of all, the fourth of all.
+template <class Row>
+inline Columns columns(const Row& row)
+{
+  const Pack a = row(0), b = row(1), c = row(2), d = row(3);
   const Pack low_ab = shuffled<0, 4, 2, 6>(a, b), low_cd = shuffled<0, 4, 2, 6>(c, d);
   const Pack high_ab = shuffled<1, 5, 3, 7>(a, b), high_cd = shuffled<1, 5, 3, 7>(c, d);
-  return {shuffled<0, 1, 4, 5>(low_ab, low_cd), shuffled<0, 1, 4, 5>(high_ab, high_cd),
-          shuffled<2, 3, 6, 7>(low_ab, low_cd)};
-}
-
-template <class Ball>
-inline Vectors gather(const double (*field)[3], const Ball& ball)
-{
-  return columns(row(field[ball(0)]), row(field[ball(1)]), row(field[ball(2)]),
-                 row(field[ball(3)]));
+  return {{shuffled<0, 1, 4, 5>(low_ab, low_cd), shuffled<0, 1, 4, 5>(high_ab, high_cd),
+           shuffled<2, 3, 6, 7>(low_ab, low_cd)},
+          shuffled<2, 3, 6, 7>(high_ab, high_cd)};
 }
 
 template <class Value>
@@ -82,20 +94,20 @@ inline Pack gather(const Value& value)
   return Pack(Pack::Values{value(0), value(1), value(2), value(3)});
 }
 
-/// Contacts found: entries of the list and the balls i they belong to.
+/// Contacts found: entries of the list.
 struct Found {
   static constexpr int block = 16 * width;
-  int entry[block + width], i[block + width];
+  int entry[block + width];
   int count = 0;
 };
 
 using Law = contact::BallLaw<Pack>;
 
-inline Law gather_law(const Task& task, const int* entry, const int* i)
+inline Law gather_law(const Task& task, const int* entry)
 {
   const contact::BallLaw<double>* law[width];
   for (int lane = 0; lane < width; ++lane)
-    law[lane] = &task.law[(task.balls.type[i[lane]] - 1) * task.types +
+    law[lane] = &task.law[(task.balls.type[task.own[entry[lane]]] - 1) * task.types +
                           task.balls.type[task.other[entry[lane]]] - 1];
   return {gather([&](int lane) { return law[lane]->normal_stiffness; }),
           gather([&](int lane) { return law[lane]->tangential_stiffness; }),
@@ -112,18 +124,11 @@ inline Law same_law(const contact::BallLaw<double>& law)
           Pack(law.sliding),          Pack(law.rolling)};
 }
 
-/// Adds, or subtracts, x, y, z of a row to those of a ball.
-template <bool adds>
-inline void accumulate(double* sum, Pack part)
-{
-  for (int d = 0; d < 3; ++d) sum[d] = adds ? sum[d] + part.values[d] : sum[d] - part.values[d];
-}
-
-struct Rows {
+struct FourRows {
   Pack of[width];
 };
 
-inline Rows rows(const Vectors& v)
+inline FourRows rows(const Vectors& v)
 {
   const Pack zero(0.0);
   const Pack low_xy = shuffled<0, 4, 2, 6>(v.x, v.y), low_z = shuffled<0, 4, 2, 6>(v.z, zero);
@@ -132,41 +137,73 @@ inline Rows rows(const Vectors& v)
            shuffled<2, 3, 6, 7>(low_xy, low_z), shuffled<2, 3, 6, 7>(high_xy, high_z)}};
 }
 
-/// Forces of `count` <= width contacts; the lanes beyond `count` repeat one of them.
-[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const int* entry,
-                                                   const int* own, int count, const Law& law)
+/// Masked stores are slow on some machines.
+inline void store_three(double* to, Pack numbers)
 {
-  const Balls& balls = task.balls;
-  int other[width];
-  for (int lane = 0; lane < width; ++lane) other[lane] = task.other[entry[lane]];
-  const auto i = [&](int lane) { return own[lane]; };
-  const auto j = [&](int lane) { return other[lane]; };
-  const auto memory = reinterpret_cast<double(*)[3]>(task.displacement);
+  _mm_storeu_pd(to, _mm256_castpd256_pd128(__m256d(numbers.values)));
+  _mm_store_sd(to + 2, _mm256_extractf128_pd(__m256d(numbers.values), 1));
+}
 
+inline void put(double* to, Pack numbers)
+{
+  _mm256_store_pd(to, __m256d(numbers.values));
+}
+
+inline void add(double* sum, Pack part)
+{
+  put(sum, four(sum) + part);
+}
+
+inline void subtract(double* sum, Pack part)
+{
+  put(sum, four(sum) - part);
+}
+
+/// Forces of `count` <= width contacts; the lanes beyond `count` repeat one of them.
+[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const int* entry, int count,
+                                                   const Law& law)
+{
+  const Rows& rows_of = *task.rows;
+  int i[width], j[width];
+  for (int lane = 0; lane < width; ++lane) i[lane] = task.own[entry[lane]];
+  for (int lane = 0; lane < width; ++lane) j[lane] = task.other[entry[lane]];
+  const auto place = [&](int ball) { return four(&rows_of.place[ball].x); };
+  const auto velocity = [&](int ball) { return four(rows_of.motion[ball].velocity); };
+  const auto spin = [&](int ball) { return four(rows_of.motion[ball].spin); };
+  const auto memory = [&](int lane) {
+    return task.displacement + 3 * static_cast<std::size_t>(entry[lane]);
+  };
+
+  const Columns apart = columns(
+      [&](int lane) { return with_fourth(place(i[lane]) - place(j[lane]), velocity(j[lane])); });
+  const Columns speed = columns([&](int lane) {
+    return with_fourth(velocity(i[lane]) - velocity(j[lane]), velocity(i[lane]));
+  });
+  const Columns spin_i = columns([&](int lane) { return spin(i[lane]); });
+  const Columns spin_j = columns([&](int lane) { return spin(j[lane]); });
   contact::BallTouch<Pack> touch;
-  touch.apart = gather(balls.position, i) - gather(balls.position, j);
+  touch.apart = apart.xyz;
   touch.square = dot(touch.apart, touch.apart);
-  touch.radius_i = gather([&](int lane) { return balls.radius[i(lane)]; });
-  touch.radius_j = gather([&](int lane) { return balls.radius[j(lane)]; });
-  touch.mass_i = gather([&](int lane) { return balls.mass[i(lane)]; });
-  touch.mass_j = gather([&](int lane) { return balls.mass[j(lane)]; });
-  touch.velocity = gather(balls.velocity, i) - gather(balls.velocity, j);
-  touch.spin_i = gather(balls.spin, i);
-  touch.spin_j = gather(balls.spin, j);
-  touch.displacement = gather(memory, [&](int lane) { return entry[lane]; });
+  touch.radius_i = spin_i.fourth;
+  touch.radius_j = spin_j.fourth;
+  touch.mass_i = speed.fourth;
+  touch.mass_j = apart.fourth;
+  touch.velocity = speed.xyz;
+  touch.spin_i = spin_i.xyz;
+  touch.spin_j = spin_j.xyz;
+  touch.displacement = columns([&](int lane) { return three(memory(lane)); }).xyz;
 
   const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
 
-  const Rows displacement = rows(result.displacement), force = rows(result.force);
-  const Rows torque_i = rows(result.torque_i), torque_j = rows(result.torque_j);
+  const FourRows displacement = rows(result.displacement), force = rows(result.force);
+  const FourRows torque_i = rows(result.torque_i), torque_j = rows(result.torque_j);
   for (int lane = 0; lane < count; ++lane) {
-    for (int d = 0; d < 3; ++d) memory[entry[lane]][d] = displacement.of[lane].values[d];
-    accumulate<true>(task.force[i(lane)], force.of[lane]);
-    accumulate<true>(task.torque[i(lane)], torque_i.of[lane]);
-    if (j(lane) < balls.owned) {
-      accumulate<false>(task.force[j(lane)], force.of[lane]);
-      accumulate<true>(task.torque[j(lane)], torque_j.of[lane]);
-    }
+    store_three(memory(lane), displacement.of[lane]);
+    Load &on_i = rows_of.load[i[lane]], &on_j = rows_of.load[j[lane]];
+    add(on_i.force, force.of[lane]);
+    add(on_i.torque, torque_i.of[lane]);
+    subtract(on_j.force, force.of[lane]);
+    add(on_j.torque, torque_j.of[lane]);
   }
 }
 
@@ -227,24 +264,26 @@ inline void store(int* to, Ints numbers)
   __builtin_memcpy(to, &numbers, sizeof numbers);
 }
 
-/// Bits of the four balls that meet a ball at the centre. Both have their radius as fourth number,
-/// so that the square of the distance less that of the radii is a sum of squares, one negative.
-template <class Ball>
-inline int meet(Pack centre, const Ball& ball)
+/// x, y, z, radius with another sign: the difference to another ball's then holds minus the sum of
+/// the radii, so that the square of the distance less that of the radii is a sum of squares, one
+/// negative.
+inline Pack negated_fourth(Pack numbers)
 {
-  Pack square[width];
-  for (int k = 0; k < width; ++k) {
-    const Pack other = ball(k);
-    const Pack apart = choose(Pack::Mask{0, 0, 0, -1}, centre + other, centre - other);
-    square[k] = apart * apart * Pack(Pack::Values{1.0, 1.0, 1.0, -1.0});
-  }
-  return bits(sums(square[0], square[1], square[2], square[3]).values < Pack::Values{});
+  const Pack::Mask sign = {0, 0, 0, -0x7fffffffffffffff - 1};
+  return Pack(Pack::Values(Pack::Mask(numbers.values) ^ sign));
 }
 
-/// x, y, z, radius of a ball.
-inline Pack position_and_radius(const Balls& balls, int i)
+/// Bits of the four entries whose balls meet.
+inline int meet(const Task& task, int entry)
 {
-  return choose(Pack::Mask{0, 0, 0, -1}, Pack(balls.radius[i]), row(balls.position[i]));
+  const Place* place = task.rows->place;
+  Pack square[width];
+  for (int k = 0; k < width; ++k) {
+    const Pack apart =
+        negated_fourth(four(&place[task.own[entry + k]].x)) - four(&place[task.other[entry + k]].x);
+    square[k] = apart * negated_fourth(apart);
+  }
+  return bits(sums(square[0], square[1], square[2], square[3]).values < Pack::Values{});
 }
 
 inline void forget(const Task& task, int entry, int parted)
@@ -254,13 +293,13 @@ inline void forget(const Task& task, int entry, int parted)
       for (int d = 0; d < 3; ++d) task.displacement[3 * (entry + lane) + d] = 0.0;
 }
 
-/// Finds the contacts of ball i among four entries, of which the first `count` are its own.
-inline void find(const Task& task, int i, Pack centre, int entry, int count, Found& found)
+/// Finds the contacts among four entries, of which the first `count` are of the list.
+inline void find(const Task& task, int entry, int count, Found& found)
 {
-  __builtin_prefetch(task.displacement + 3 * entry);
-  __builtin_prefetch(task.displacement + 3 * entry + 8);
-  const int all =
-      meet(centre, [&](int k) { return position_and_radius(task.balls, task.other[entry + k]); });
+  constexpr int ahead = spare_entries - width;
+  for (int k = 0; k < width; ++k)
+    __builtin_prefetch(task.rows->place + task.other[entry + ahead + k]);
+  const int all = meet(task, entry);
   const int now = count < width ? all & ((1 << count) - 1) : all;
   const Ints flags = chosen[now].flag;
   Ints kept = flags;
@@ -274,35 +313,63 @@ inline void find(const Task& task, int i, Pack centre, int entry, int count, Fou
   }
   store(task.touching + entry, kept);
   store(found.entry + found.count, entry + chosen[now].order);
-  store(found.i + found.count, i + Ints{});
   found.count += __builtin_popcount(now);
+}
+
+/// What a contact needs lies all over the memory; asked for early, it comes while others are
+/// evaluated.
+inline void fetch_ahead(const Task& task, int entry)
+{
+  const int j = task.other[entry];
+  const double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
+  __builtin_prefetch(task.rows->motion + j);
+  __builtin_prefetch(task.rows->load + j, 1);
+  __builtin_prefetch(memory, 1);
+  __builtin_prefetch(memory + 2, 1);
 }
 
 /// Evaluates the contacts found, all but a last incomplete pack, which `last` makes complete.
 inline void evaluate_found(const Task& task, Law& law, Found& found, bool last)
 {
-  int rest = found.count % width;
-  const int full = found.count - rest;
-  for (int lane = full + rest; last && rest > 0 && lane < full + width; ++lane) {
+  const int rest = found.count % width, full = found.count - rest;
+  for (int lane = full + rest; last && rest > 0 && lane < full + width; ++lane)
     found.entry[lane] = found.entry[full];
-    found.i[lane] = found.i[full];
-  }
+  for (int k = 0; k < full; ++k) fetch_ahead(task, found.entry[k]);
   for (int k = 0; k < (last ? found.count : full); k += width) {
-    if (task.only_type == 0) law = gather_law(task, found.entry + k, found.i + k);
-    evaluate_pack(task, found.entry + k, found.i + k, k < full ? width : rest, law);
+    if (task.only_type == 0) law = gather_law(task, found.entry + k);
+    evaluate_pack(task, found.entry + k, k < full ? width : rest, law);
   }
-  for (int k = 0; k < rest; ++k) {
-    found.entry[k] = found.entry[full + k];
-    found.i[k] = found.i[full + k];
-  }
+  for (int k = 0; k < rest; ++k) found.entry[k] = found.entry[full + k];
   found.count = rest;
+}
+
+/// Copies what the contacts need side by side.
+void pack(const Balls& balls, Rows rows)
+{
+  for (int i = 0; i < balls.all; ++i) {
+    const Pack radius(balls.radius[i]), mass(balls.mass[i]);
+    put(&rows.place[i].x, with_fourth(three(balls.position[i]), radius));
+    put(rows.motion[i].velocity, with_fourth(three(balls.velocity[i]), mass));
+    put(rows.motion[i].spin, with_fourth(three(balls.spin[i]), radius));
+  }
+}
+
+/// Adds the loads of the owned balls to their forces, and clears them for the next step.
+void unload(const Task& task)
+{
+  Load* const load = task.rows->load;
+  for (int i = 0; i < task.balls.owned; ++i) {
+    for (int d = 0; d < 3; ++d) task.force[i][d] += load[i].force[d];
+    for (int d = 0; d < 3; ++d) task.torque[i][d] += load[i].torque[d];
+    put(load[i].force, Pack(0.0));
+    put(load[i].torque, Pack(0.0));
+  }
 }
 
 }  // namespace
 
 int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
 {
-  const auto four = [](const double* numbers) { return Pack(load<Pack::Values>(numbers)); };
   for (int k = 0; k < candidates.count; k += width) {
     const Pack x = Pack(ball.x) - four(candidates.x + k), y = Pack(ball.y) - four(candidates.y + k);
     const Pack z = Pack(ball.z) - four(candidates.z + k);
@@ -319,17 +386,15 @@ int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
 
 void evaluate(const Task& task)
 {
+  pack(task.balls, *task.rows);
   Found found;
   Law law = same_law(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
-  for (int i = 0; i < task.balls.owned; ++i) {
-    const Pack centre = position_and_radius(task.balls, i);
-    const int end = task.first[i] + task.partners[i];
-    for (int entry = task.first[i]; entry < end; entry += width) {
-      find(task, i, centre, entry, end - entry, found);
-      if (found.count >= Found::block) evaluate_found(task, law, found, false);
-    }
+  for (int entry = 0; entry < task.entries; entry += width) {
+    find(task, entry, task.entries - entry, found);
+    if (found.count >= Found::block) evaluate_found(task, law, found, false);
   }
   evaluate_found(task, law, found, true);
+  unload(task);
 }
 
 }  // namespace millscale::pairs::MILLSCALE_LEVEL

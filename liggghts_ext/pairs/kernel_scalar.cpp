@@ -48,20 +48,19 @@ void evaluate_contact(const Task& task, int i, int j, double* memory)
 
 void evaluate(const Task& task)
 {
-  for (int i = 0; i < task.balls.owned; ++i)
-    for (int entry = task.first[i]; entry < task.first[i] + task.partners[i]; ++entry) {
-      const int j = task.other[entry];
-      const auto apart = triple(task.balls.position[i]) - triple(task.balls.position[j]);
-      const double radii = task.balls.radius[i] + task.balls.radius[j];
-      double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
-      if (dot(apart, apart) < radii * radii) {
-        task.touching[entry] = 1;
-        evaluate_contact(task, i, j, memory);
-      } else if (task.touching[entry] && task.forget_apart) {
-        task.touching[entry] = 0;
-        memory[0] = memory[1] = memory[2] = 0.0;
-      }
+  for (int entry = 0; entry < task.entries; ++entry) {
+    const int i = task.own[entry], j = task.other[entry];
+    const auto apart = triple(task.balls.position[i]) - triple(task.balls.position[j]);
+    const double radii = task.balls.radius[i] + task.balls.radius[j];
+    double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
+    if (dot(apart, apart) < radii * radii) {
+      task.touching[entry] = 1;
+      evaluate_contact(task, i, j, memory);
+    } else if (task.touching[entry] && task.forget_apart) {
+      task.touching[entry] = 0;
+      memory[0] = memory[1] = memory[2] = 0.0;
     }
+  }
 }
 
 int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)

@@ -217,9 +217,12 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
     build_list();
     timer->stamp(TIME_NEIGHBOR);
   }
-  const pairs::Task task{balls(),
-                         list_.first.data(),
-                         list_.partners.data(),
+  const pairs::Balls now = balls();
+  const pairs::Rows rows = rows_.rows();
+  const pairs::Task task{now,
+                         &rows,
+                         list_.entries,
+                         list_.own.data(),
                          list_.other.data(),
                          list_.touching.data(),
                          list_.displacement.data(),
@@ -246,6 +249,7 @@ void PairGranFast::build_list()
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
     only_type_ = 0;
   pairs::build(list_, grid_, now, neighbor->skin, kernel_.list_partners);
+  rows_.for_balls(now.all);
   recall_memories();
   show_list_to_engine();
 }

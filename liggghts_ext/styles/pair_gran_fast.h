@@ -50,6 +50,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   millscale::pairs::Kernel kernel_;
   std::vector<millscale::contact::BallLaw<double>> laws_;
   millscale::pairs::HalfList list_;
+  millscale::pairs::RowStore rows_;
   millscale::pairs::CellGrid grid_;
   int only_type_ = 0;
 

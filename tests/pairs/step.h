@@ -58,7 +58,9 @@ struct Step {
     for (const auto& m : materials)
       laws.push_back(
           contact::ball_law(m.youngs_modulus, m.shear_modulus, m.damping, m.sliding, m.rolling));
-    kernel.evaluate({cloud.view(), list.first.data(), list.partners.data(), list.other.data(),
+    RowStore store;
+    const Rows rows = store.for_balls(cloud.all());
+    kernel.evaluate({cloud.view(), &rows, list.entries, list.own.data(), list.other.data(),
                      list.touching.data(), list.displacement.data(), laws.data(), 2, only_type(),
                      terms, dt, advance, forget_apart, reinterpret_cast<double(*)[3]>(force.data()),
                      reinterpret_cast<double(*)[3]>(torque.data())});

@@ -198,7 +198,7 @@ TEST(Kernel, GivesBallsThatBarelyTouchAFiniteForce)
   }
   for (const Kernel& kernel : kernels()) {
     Step step(cloud, 1e-4);
-    ASSERT_EQ(step.list.pairs(), 20000u);
+    ASSERT_EQ(step.list.entries, 20000);
     step.with(kernel);
     for (const auto& row : step.force)
       for (const double value : row) ASSERT_TRUE(std::isfinite(value)) << kernel.level;
