@@ -30,6 +30,26 @@ inline double damped_mode_limit(double omega, double zeta)
   return 2.0 / (omega * (std::sqrt(1.0 + zeta * zeta) + zeta));
 }
 
+/// Root of the bounded tangential mode's condition (see damping_time_step_limit) above the limit of
+/// the plain one [s], to a millionth.
+inline double bounded_limit(const Pair& pair, const Coefficients& c, double coordination,
+                            double plain)
+{
+  const double mass = 2.0 / 7.0 * pair.mass;
+  const auto stable = [&](double dt) {
+    const double taken = dt * coordination * c.tangential_damping;
+    return 4.0 - 2.0 * taken / (mass * (1.0 + taken / pair.mass)) -
+               dt * dt * coordination * c.tangential_stiffness / mass >
+           0.0;
+  };
+  double low = plain, high = 2.0 / std::sqrt(coordination * c.tangential_stiffness / mass);
+  while (high - low > 1e-6 * high) {
+    const double middle = 0.5 * (low + high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
 /// Largest linearly stable time step [s] of contacts at an overlap [m], `coordination` of them on
 /// every ball.
 ///
@@ -41,7 +61,12 @@ inline double damped_mode_limit(double omega, double zeta)
 /// by sqrt(Z): a sufficient condition. Valid for sticking contacts of equal balls at equal overlap,
 /// stiffness frozen over a step; sliding contacts are not damped, and Coulomb's limit bounds the
 /// growth, so a larger step shows as spin and dissipation errors rather than as an explosion.
-inline double damping_time_step_limit(const Pair& pair, double overlap, double coordination = 1.0)
+///
+/// Bounded: each tangential coefficient c is divided by 1 + dt (D_i / m_i + D_j / m_j), with D the
+/// sums of c over the contacts of either ball (`damping_held`); on equal balls 1 + dt Z c / m*. The
+/// same condition then reads 4 - 2 dt Z c / (m_t (1 + dt Z c / m*)) - dt^2 Z S_t / m_t = 0.
+inline double damping_time_step_limit(const Pair& pair, double overlap, double coordination = 1.0,
+                                      bool bounded = false)
 {
   detail::require_positive("overlap", "m", overlap);
   if (!(coordination >= 1.0 && std::isfinite(coordination)))
@@ -52,8 +77,9 @@ inline double damping_time_step_limit(const Pair& pair, double overlap, double c
     return damped_mode_limit(omega, 0.5 * coordination * damping / (mass * omega));
   };
   const double tangential_mass = 2.0 / 7.0 * pair.mass;
-  return std::min(limit(1.5 * c.normal_stiffness, c.normal_damping, pair.mass),
-                  limit(c.tangential_stiffness, c.tangential_damping, tangential_mass));
+  double tangential = limit(c.tangential_stiffness, c.tangential_damping, tangential_mass);
+  if (bounded) tangential = bounded_limit(pair, c, coordination, tangential);
+  return std::min(limit(1.5 * c.normal_stiffness, c.normal_damping, pair.mass), tangential);
 }
 
 }  // namespace millscale::contact

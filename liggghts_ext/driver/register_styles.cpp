@@ -14,6 +14,7 @@
 #include "compute_mill_charge.h"
 #include "compute_mill_detach.h"
 #include "fix.h"
+#include "fix_contact_damping.h"
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
 #include "fix_mill_occupancy.h"
@@ -65,6 +66,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
+  fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 

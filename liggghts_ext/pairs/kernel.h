@@ -23,6 +23,8 @@ struct Task {
   bool forget_apart;    ///< a contact's memory ends when the balls part, not at the next list
   double (*force)[3];   ///< of all balls, owned and ghost; only owned balls get any [N]
   double (*torque)[3];  ///< [N m]
+  double* damping;  ///< if bounded, of all balls: see `contact::damping_held`; of owned ones the
+                    ///< step's own sum afterwards [kg/s]
 };
 
 using Evaluate = void (*)(const Task&);

@@ -128,11 +128,10 @@ struct FourRows {
   Pack of[width];
 };
 
-inline FourRows rows(const Vectors& v)
+inline FourRows rows(const Vectors& v, Pack fourth)
 {
-  const Pack zero(0.0);
-  const Pack low_xy = shuffled<0, 4, 2, 6>(v.x, v.y), low_z = shuffled<0, 4, 2, 6>(v.z, zero);
-  const Pack high_xy = shuffled<1, 5, 3, 7>(v.x, v.y), high_z = shuffled<1, 5, 3, 7>(v.z, zero);
+  const Pack low_xy = shuffled<0, 4, 2, 6>(v.x, v.y), low_z = shuffled<0, 4, 2, 6>(v.z, fourth);
+  const Pack high_xy = shuffled<1, 5, 3, 7>(v.x, v.y), high_z = shuffled<1, 5, 3, 7>(v.z, fourth);
   return {{shuffled<0, 1, 4, 5>(low_xy, low_z), shuffled<0, 1, 4, 5>(high_xy, high_z),
            shuffled<2, 3, 6, 7>(low_xy, low_z), shuffled<2, 3, 6, 7>(high_xy, high_z)}};
 }
@@ -174,31 +173,39 @@ inline void subtract(double* sum, Pack part)
     return task.displacement + 3 * static_cast<std::size_t>(entry[lane]);
   };
 
+  // The fourth columns carry one number of each contact beside the vectors.
   const Columns apart = columns(
-      [&](int lane) { return with_fourth(place(i[lane]) - place(j[lane]), velocity(j[lane])); });
+      [&](int lane) { return with_fourth(place(i[lane]) - place(j[lane]), place(j[lane])); });
   const Columns speed = columns([&](int lane) {
     return with_fourth(velocity(i[lane]) - velocity(j[lane]), velocity(i[lane]));
   });
-  const Columns spin_i = columns([&](int lane) { return spin(i[lane]); });
-  const Columns spin_j = columns([&](int lane) { return spin(j[lane]); });
+  const Columns spin_i =
+      columns([&](int lane) { return with_fourth(spin(i[lane]), velocity(j[lane])); });
+  const Columns spin_j =
+      columns([&](int lane) { return spin(j[lane]) + with_fourth(Pack(0.0), spin(i[lane])); });
+  const Columns displacement =
+      columns([&](int lane) { return with_fourth(three(memory(lane)), place(i[lane])); });
   contact::BallTouch<Pack> touch;
   touch.apart = apart.xyz;
   touch.square = dot(touch.apart, touch.apart);
-  touch.radius_i = spin_i.fourth;
-  touch.radius_j = spin_j.fourth;
+  touch.radius_i = displacement.fourth;
+  touch.radius_j = apart.fourth;
   touch.mass_i = speed.fourth;
-  touch.mass_j = apart.fourth;
+  touch.mass_j = spin_i.fourth;
   touch.velocity = speed.xyz;
   touch.spin_i = spin_i.xyz;
   touch.spin_j = spin_j.xyz;
-  touch.displacement = columns([&](int lane) { return three(memory(lane)); }).xyz;
+  touch.displacement = displacement.xyz;
+  touch.held = spin_j.fourth;
 
   const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
 
-  const FourRows displacement = rows(result.displacement), force = rows(result.force);
-  const FourRows torque_i = rows(result.torque_i), torque_j = rows(result.torque_j);
+  const FourRows kept = rows(result.displacement, Pack(0.0));
+  const FourRows force = rows(result.force, Pack(0.0));
+  const FourRows torque_i = rows(result.torque_i, result.damping);
+  const FourRows torque_j = rows(result.torque_j, result.damping);
   for (int lane = 0; lane < count; ++lane) {
-    store_three(memory(lane), displacement.of[lane]);
+    store_three(memory(lane), kept.of[lane]);
     Load &on_i = rows_of.load[i[lane]], &on_j = rows_of.load[j[lane]];
     add(on_i.force, force.of[lane]);
     add(on_i.torque, torque_i.of[lane]);
@@ -344,13 +351,16 @@ inline void evaluate_found(const Task& task, Law& law, Found& found, bool last)
 }
 
 /// Copies what the contacts need side by side.
-void pack(const Balls& balls, Rows rows)
+void pack(const Task& task)
 {
+  const Balls& balls = task.balls;
+  const Rows rows = *task.rows;
   for (int i = 0; i < balls.all; ++i) {
-    const Pack radius(balls.radius[i]), mass(balls.mass[i]);
-    put(&rows.place[i].x, with_fourth(three(balls.position[i]), radius));
-    put(rows.motion[i].velocity, with_fourth(three(balls.velocity[i]), mass));
-    put(rows.motion[i].spin, with_fourth(three(balls.spin[i]), radius));
+    const double held =
+        task.terms.bounded ? contact::damping_held(task.damping[i], balls.mass[i], task.dt) : 0.0;
+    put(&rows.place[i].x, with_fourth(three(balls.position[i]), Pack(balls.radius[i])));
+    put(rows.motion[i].velocity, with_fourth(three(balls.velocity[i]), Pack(balls.mass[i])));
+    put(rows.motion[i].spin, with_fourth(three(balls.spin[i]), Pack(held)));
   }
 }
 
@@ -361,6 +371,7 @@ void unload(const Task& task)
   for (int i = 0; i < task.balls.owned; ++i) {
     for (int d = 0; d < 3; ++d) task.force[i][d] += load[i].force[d];
     for (int d = 0; d < 3; ++d) task.torque[i][d] += load[i].torque[d];
+    if (task.terms.bounded && task.advance) task.damping[i] = load[i].damping;
     put(load[i].force, Pack(0.0));
     put(load[i].torque, Pack(0.0));
   }
@@ -386,7 +397,7 @@ int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
 
 void evaluate(const Task& task)
 {
-  pack(task.balls, *task.rows);
+  pack(task);
   Found found;
   Law law = same_law(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
   for (int entry = 0; entry < task.entries; entry += width) {

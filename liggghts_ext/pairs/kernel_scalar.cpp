@@ -21,6 +21,7 @@ void add(double* sum, double sign, const Triple<double>& part)
 void evaluate_contact(const Task& task, int i, int j, double* memory)
 {
   const Balls& balls = task.balls;
+  const Rows& rows = *task.rows;
   contact::BallTouch<double> touch;
   touch.apart = triple(balls.position[i]) - triple(balls.position[j]);
   touch.square = dot(touch.apart, touch.apart);
@@ -32,22 +33,37 @@ void evaluate_contact(const Task& task, int i, int j, double* memory)
   touch.spin_i = triple(balls.spin[i]);
   touch.spin_j = triple(balls.spin[j]);
   touch.displacement = triple(memory);
+  touch.held = rows.motion[i].held + rows.motion[j].held;
   const auto& law = task.law[(balls.type[i] - 1) * task.types + balls.type[j] - 1];
   const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
   memory[0] = result.displacement.x;
   memory[1] = result.displacement.y;
   memory[2] = result.displacement.z;
+  rows.load[i].damping += result.damping;
   add(task.force[i], 1.0, result.force);
   add(task.torque[i], 1.0, result.torque_i);
   if (j >= balls.owned) return;
+  rows.load[j].damping += result.damping;
   add(task.force[j], -1.0, result.force);
   add(task.torque[j], 1.0, result.torque_j);
+}
+
+/// Before the contacts: what each ball's damping is divided by; no sum yet.
+void hold(const Task& task)
+{
+  const bool bounded = task.terms.bounded;
+  for (int i = 0; i < task.balls.all; ++i) {
+    task.rows->motion[i].held =
+        bounded ? contact::damping_held(task.damping[i], task.balls.mass[i], task.dt) : 0.0;
+    task.rows->load[i].damping = 0.0;
+  }
 }
 
 }  // namespace
 
 void evaluate(const Task& task)
 {
+  hold(task);
   for (int entry = 0; entry < task.entries; ++entry) {
     const int i = task.own[entry], j = task.other[entry];
     const auto apart = triple(task.balls.position[i]) - triple(task.balls.position[j]);
@@ -61,6 +77,8 @@ void evaluate(const Task& task)
       memory[0] = memory[1] = memory[2] = 0.0;
     }
   }
+  for (int i = 0; task.terms.bounded && task.advance && i < task.balls.owned; ++i)
+    task.damping[i] = task.rows->load[i].damping;
 }
 
 int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)

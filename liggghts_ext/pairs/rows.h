@@ -14,10 +14,12 @@ struct alignas(32) Place {
 };
 struct alignas(64) Motion {
   double velocity[3], mass;  ///< [m/s], [kg]
-  double spin[3], radius;    ///< [rad/s], [m]
+  double spin[3], held;      ///< [rad/s], `contact::damping_held` [-]
 };
+/// Zero between steps.
 struct alignas(64) Load {
-  double force[4], torque[4];  ///< [N], [N m]; the fourth number is not used; zero between steps
+  double force[4];            ///< [N], and a number that is not used
+  double torque[3], damping;  ///< [N m]; sum of the contacts' tangential coefficients [kg/s]
 };
 
 /// Rows of all balls, owned and ghost.

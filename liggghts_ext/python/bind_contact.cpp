@@ -37,12 +37,14 @@ void millscale::python::bind_contact(nb::module_& m)
   m.def(
       "damping_time_step_limit",
       [](const Material& material, double radius, double restitution, double overlap,
-         double coordination) {
+         double coordination, bool bounded) {
         return damping_time_step_limit(ball_on_ball(material, radius, restitution), overlap,
-                                       coordination);
+                                       coordination, bounded);
       },
       "material"_a, "radius"_a, "restitution"_a, "overlap"_a, "coordination"_a = 1.0,
+      "bounded"_a = false,
       "Largest linearly stable time step [s] of sticking contacts of equal balls of a radius [m] "
       "at "
-      "an overlap [m], with a number of contacts on every ball.");
+      "an overlap [m], with a number of contacts on every ball; bounded: with the tangential "
+      "damping of pair_style gran ... surface fast tangential_damping bounded.");
 }

@@ -12,6 +12,7 @@
 #include "contact_laws.h"
 #include "contact_models.h"
 #include "error.h"
+#include "fix_contact_damping.h"
 #include "fix_contact_history.h"
 #include "force.h"
 #include "modify.h"
@@ -109,7 +110,7 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
     while (!list.done()) {
       const std::string key = list.word("a keyword");
       if (key == "tangential_damping")
-        terms_.tangential_damping = list.choice(key, "on", "off");
+        read_damping(list.word("on, off or bounded"));
       else if (key == "memory")
         forget_apart_ = list.choice(key, "of_contact", "stock");
       else if (key == "kernel") {
@@ -134,6 +135,15 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
   history->add_history_value("shearz", "1");
 }
 
+void PairGranFast::read_damping(const std::string& word)
+{
+  if (word != "on" && word != "off" && word != "bounded")
+    throw std::invalid_argument("tangential_damping: got '" + word +
+                                "', accepted are on, off, bounded");
+  terms_.tangential_damping = word != "off";
+  terms_.bounded = word == "bounded";
+}
+
 void PairGranFast::init_granular()
 {
   // The engine has just asked for lists it would build at every turn; we have our own.
@@ -145,6 +155,7 @@ void PairGranFast::init_granular()
         FLERR,
         (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
   refuse_what_is_not_covered();
+  damping_ = terms_.bounded ? damping_of_balls() : nullptr;
   laws_.clear();
   try {
     const auto laws = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
@@ -155,6 +166,16 @@ void PairGranFast::init_granular()
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
   }
+}
+
+/// The fix that keeps it, made at the first run.
+FixContactDamping* PairGranFast::damping_of_balls()
+{
+  char id[] = "contact_damping", all[] = "all";
+  std::string style = FixContactDamping::style_name;
+  char* words[] = {id, all, style.data()};
+  if (modify->find_fix(id) < 0) modify->add_fix(3, words);
+  return static_cast<FixContactDamping*>(modify->fix[modify->find_fix(id)]);
 }
 
 /// Without memory there is no spring; ours is right then only where no friction acts at all.
@@ -234,7 +255,8 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
                          pair_->computeflag() && pair_->shearupdate(),
                          forget_apart_,
                          reinterpret_cast<double(*)[3]>(atom->f[0]),
-                         reinterpret_cast<double(*)[3]>(atom->torque[0])};
+                         reinterpret_cast<double(*)[3]>(atom->torque[0]),
+                         damping_ ? damping_->up_to_date() : nullptr};
   if (task.balls.owned > 0) kernel_.evaluate(task);
 }
 

@@ -37,6 +37,8 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
  private:
   void refuse_what_is_not_covered();
   void refuse_friction_of_balls();
+  void read_damping(const std::string&);
+  class FixContactDamping* damping_of_balls();
   void build_list();
   void recall_memories();
   void show_list_to_engine();
@@ -46,6 +48,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   int64_t hash_;
   std::string tangential_;
   millscale::contact::BallTerms terms_;
+  class FixContactDamping* damping_ = nullptr;
   bool forget_apart_ = true;
   millscale::pairs::Kernel kernel_;
   std::vector<millscale::contact::BallLaw<double>> laws_;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import statistics
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
@@ -13,30 +14,70 @@ from mill_bench.running import finish_campaign
 from mill_bench.scenes import MILLS
 
 SEEDS = (1, 2, 3)
-QUANTITIES = ("kinetic", "torque", "power", "centre_x", "centre_z")
-WALLS = {kind: f'[wall]\nkind = "{kind}"\n\n[multi_ball]' for kind in ("mesh", "analytic")}
-SLICES = {
-    "whole length": "[multi_ball]",
-    **{f"{d} diameters": f"[multi_ball]\nslice_diameters = {d}" for d in (6, 4, 2)},
-}
+QUANTITIES = ("kinetic", "kinetic_rotation", "torque", "power", "centre_x", "centre_z")
+_MULTI_BALL, _STEP = "[multi_ball]", "step_s = 1e-4"
 
 
-def compared(variants: Mapping[str, str], runs: Path, console: Console) -> dict:
-    """Means over 4 to 8 rad of every variant against the last one named "whole length" or
-    "analytic", with the spread of the seeds (largest less smallest).
+@dataclass(frozen=True)
+class Variants:
+    """What is varied in mills.toml.
 
-    Args:
-        variants: name to what stands for the line `[multi_ball]` of mills.toml.
+    Attributes:
+        reference: name of the variant the others are compared with.
+        edits: name of a variant to its edits, line to what stands for it.
     """
-    results = {name: _results(name, text, runs, console) for name, text in variants.items()}
-    reference = "analytic" if "analytic" in variants else "whole length"
+
+    reference: str
+    edits: Mapping[str, Mapping[str, str]]
+
+
+def _model(contacts: str, damping: str, step: str) -> dict[str, str]:
+    model = f'[model]\ncontacts = "{contacts}"\ntangential_damping = "{damping}"\n\n'
+    return {_MULTI_BALL: f"{model}{_MULTI_BALL}", _STEP: f"step_s = {step}"}
+
+
+WALLS = Variants(
+    "analytic",
+    {
+        kind: {_MULTI_BALL: f'[wall]\nkind = "{kind}"\n\n{_MULTI_BALL}'}
+        for kind in ("mesh", "analytic")
+    },
+)
+SLICES = Variants(
+    "whole length",
+    {
+        "whole length": {},
+        **{
+            f"{d} diameters": {_MULTI_BALL: f"{_MULTI_BALL}\nslice_diameters = {d}"}
+            for d in (6, 4, 2)
+        },
+    },
+)
+STEPS = Variants(
+    "plain 5e-5",
+    {
+        **{f"plain {step}": _model("fast", "plain", step) for step in ("5e-5", "1e-4", "2e-4")},
+        **{
+            f"bounded {step}": _model("fast", "bounded", step)
+            for step in ("1e-4", "1.5e-4", "2e-4", "2.5e-4", "2.9e-4")
+        },
+        "stock 2e-4": _model("stock", "plain", "2e-4"),
+    },
+)
+
+
+def compared(variants: Variants, runs: Path, console: Console) -> dict:
+    """Means over 4 to 8 rad of every variant against the reference, with the spread of the seeds
+    (largest less smallest), and the largest overlap over the ball radius.
+    """
+    results = {name: _results(name, edits, runs, console) for name, edits in variants.edits.items()}
     table = {}
     for quantity in QUANTITIES:
         values = {
             name: [result["dimensionless"][quantity] for result in of_seeds]
             for name, of_seeds in results.items()
         }
-        base = statistics.fmean(values[reference])
+        base = statistics.fmean(values[variants.reference])
         table[quantity] = {
             name: {
                 "of_seeds": of,
@@ -45,25 +86,38 @@ def compared(variants: Mapping[str, str], runs: Path, console: Console) -> dict:
             }
             for name, of in values.items()
         }
-    return {"reference": reference, "means_over_rad": [4.0, 8.0], "quantities": table}
+    return {
+        "reference": variants.reference,
+        "means_over_rad": [4.0, 8.0],
+        "quantities": table,
+        "largest_overlap_over_radius": {
+            name: [result["largest_overlap_over_radius"] for result in of_seeds]
+            for name, of_seeds in results.items()
+        },
+    }
 
 
-def _results(name: str, text: str, runs: Path, console: Console) -> list[dict]:
+def _results(name: str, edits: Mapping[str, str], runs: Path, console: Console) -> list[dict]:
     folder = runs / f"charge-{name.replace(' ', '-')}"
     folder.mkdir(parents=True, exist_ok=True)
-    campaign = folder / MILLS.name
-    content = MILLS.read_text()
-    for old, new in (
-        ("S = [1.0, 2.6]", "S = [2.6]"),
-        ("count = [231461, 13370]", f"count = [13370]\nseeds = {list(SEEDS)}"),
-        ("rotation_angle_rad = 2.0", "rotation_angle_rad = 8.0"),
-        ("[multi_ball]", text),
-    ):
-        if old not in content:
-            raise RuntimeError(f"{MILLS.name} has no line {old!r}")
-        content = content.replace(old, new)
+    campaign, content = folder / MILLS.name, edited(edits)
     if not campaign.exists() or campaign.read_text() != content:
         campaign.write_text(content)
     finish_campaign(campaign, folder, [], console)
     cases = json.loads((folder / "campaign.json").read_text())["cases"]
     return [json.loads((folder / "cases" / case / "result.json").read_text()) for case in cases]
+
+
+def edited(edits: Mapping[str, str]) -> str:
+    """mills.toml with three seeds of the S = 2.6 mill alone, to 8 rad, and the edits."""
+    content = MILLS.read_text()
+    whole = {
+        "S = [1.0, 2.6]": "S = [2.6]",
+        "count = [231461, 13370]": f"count = [13370]\nseeds = {list(SEEDS)}",
+        "rotation_angle_rad = 2.0": "rotation_angle_rad = 8.0",
+    }
+    for old, new in (whole | dict(edits)).items():
+        if old not in content:
+            raise RuntimeError(f"{MILLS.name} has no line {old!r}")
+        content = content.replace(old, new)
+    return content

@@ -112,7 +112,8 @@ class Study:
 class Campaign:
     """Everything a campaign file says.
 
-    `contacts` says who evaluates those between balls, `fast` or `stock`; `force` names what the
+    `contacts` says who evaluates those between balls, `fast` or `stock`, `damping` whether their
+    tangential damping is `bounded` or `plain`; `force` names what the
     decks have although the scene does not need it; `warnings` are what the file says that is not
     used; `ranks` and `jobs` None leave it to the machine.
     """
@@ -127,6 +128,7 @@ class Campaign:
     wall: Wall
     stiffness: str
     contacts: str
+    damping: str
     force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None

@@ -48,6 +48,7 @@ def load_campaign(path: str | Path) -> Campaign:
         wall=Wall(**_renamed(sections["wall"], chord_error_m="chord_error")),
         stiffness=scaling["stiffness"],
         contacts=sections["model"]["contacts"],
+        damping=_damping(path, sections["model"]),
         force=sections["model"]["force"],
         time_factor=scaling["time_factor"],
         time_exponent=scaling["time_exponent"],
@@ -60,6 +61,16 @@ def load_campaign(path: str | Path) -> Campaign:
 
 def _renamed(values: Section, **names: str) -> dict[str, Any]:
     return {names.get(key, key): value for key, value in values.items()}
+
+
+def _damping(path: Path, model: Section) -> str:
+    damping, contacts = model["tangential_damping"], model["contacts"]
+    if damping == "bounded" and contacts == "stock":
+        raise CampaignError(
+            path, "model.tangential_damping", 'got "bounded" with contacts = "stock"',
+            '"plain", or contacts = "fast"',
+        )  # fmt: skip
+    return damping or ("plain" if contacts == "stock" else "bounded")
 
 
 def _name(path: Path, name: str | None) -> str:

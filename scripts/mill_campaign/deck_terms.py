@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from mill_campaign.config import Campaign
-from mill_campaign.config_keys import SURFACES
+from mill_campaign.config_keys import DAMPINGS, SURFACES
 from mill_campaign.law import Model
 
 BETWEEN = {"pp": "between balls", "pw": "of ball and wall"}
@@ -61,10 +61,13 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term], contacts: str) -> dict[str, str]:
-    """The part `deck` of a case.json: value of each switch, and who evaluates contacts."""
+def deck_part(terms: list[Term], campaign: Campaign) -> dict[str, str]:
+    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how."""
     switches = {term.switch: term.values[term.inside] for term in terms}
-    return switches | {"surface": SURFACES[contacts]}
+    return switches | {
+        "surface": SURFACES[campaign.contacts],
+        "tangential_damping": DAMPINGS[campaign.damping],
+    }
 
 
 def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:

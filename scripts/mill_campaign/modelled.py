@@ -75,7 +75,12 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
 def _contacts(campaign: Campaign) -> Statement:
     if campaign.contacts == "stock":
         return _say("contacts between balls evaluated by stock LIGGGHTS", "asked for")
-    return _say("contacts between balls evaluated by our kernels", "the same law in less time")
+    damping = ""
+    if campaign.damping == "bounded":
+        damping = "; tangential damping bounded by what a step can take, for longer steps"
+    return _say(
+        "contacts between balls evaluated by our kernels", f"the same law in less time{damping}"
+    )
 
 
 def _wall(campaign: Campaign) -> Statement:

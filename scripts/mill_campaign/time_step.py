@@ -19,9 +19,11 @@ RAYLEIGH_REFUSED = 0.40
 # Upper end of what DEM practice takes.
 RAYLEIGH_ADVISED = 0.20
 # Steps per collision of two balls at the speed of re-impact. A single ball lives from its rebounds:
-# at 5 m/s, 30 steps realise e = 0.092 and 15 steps 0.084 instead of 0.100. In a bed, 1e-4 s (13
-# steps) keeps the kinetic energy within 0.5 % of that at 2.5e-5 s (measured, S = 2.6).
-STEPS_PER_CONTACT = {"single-ball": 25, "multi-ball": 12}
+# at 5 m/s, 30 steps realise e = 0.092 and 15 steps 0.084 instead of 0.100. In a bed, 2e-4 s (7
+# steps, bounded damping) keep the energies within 1 % of those at 5e-5 s (docs/time-step.md).
+STEPS_PER_CONTACT = {"single-ball": 25, "multi-ball": 8}
+# Fewer than this share of them is warned of.
+FEW_STEPS = 0.5
 # Contacts per ball of a bed, and of a ball rolling in a groove.
 COORDINATION = {"single-ball": 1.0, "multi-ball": 4.0}
 # Mean overlap / ball radius = c (rho g d / E)^(2/3) under d metres of balls: Hertz contacts that
@@ -106,11 +108,18 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
         rayleigh=mill_core.rayleigh_time(material, smallest),
         collision=mill_core.hertz_collision_time(material, smallest, speed),
         damping=mill_core.damping_time_step_limit(
-            material, smallest, restitution, overlap, COORDINATION[model.study.kind]
+            material, smallest, restitution, overlap, **_bed(campaign, model)
         ),
         impact_speed=speed,
         overlap=overlap,
     )
+
+
+def _bed(campaign: Campaign, model: Model) -> dict[str, float | bool]:
+    """What is known of contacts of balls in a bed; one ball alone touches the wall, undivided."""
+    kind = model.study.kind
+    bounded = kind == "multi-ball" and campaign.damping == "bounded"
+    return {"coordination": COORDINATION[kind], "bounded": bounded}
 
 
 def steps_of(campaign: Campaign, models: list[Model]) -> list[Step]:
@@ -160,7 +169,7 @@ def _step(campaign: Campaign, model: Model, value: float, choice: str, limits: L
             f"{limits.damping:.3g} s: expect spin noise and a wrong dissipation"
         )
     per_contact = limits.collision / value
-    if per_contact < 10.0:
+    if per_contact < FEW_STEPS * STEPS_PER_CONTACT[model.study.kind]:
         warnings.append(
             f"only {per_contact:.1f} steps per collision at {limits.impact_speed:.3g} m/s"
         )

@@ -39,6 +39,7 @@ struct Law {
 
 struct Forces {
   Vector force, torque_i, torque_j, displacement;
+  double damping = 0.0;
 };
 
 inline Forces ball_force(const millscale::contact::BallTouch<double>& touch, const Law& law,
@@ -61,6 +62,7 @@ inline Forces ball_force(const millscale::contact::BallTouch<double>& touch, con
   const double pushing = k.normal_stiffness * overlap + k.normal_damping * approach;
 
   Vector tangential{}, memory = vector(touch.displacement);
+  double sticking = 0.0;
   if (terms.history) {
     const Vector sliding = across(surfaces, normal);
     if (advance) memory = across(sum(memory, dt, sliding), normal);
@@ -68,13 +70,15 @@ inline Forces ball_force(const millscale::contact::BallTouch<double>& touch, con
     const double coulomb = law.sliding * std::abs(pushing);
     if (spring <= coulomb) {
       tangential = sum({}, -k.tangential_stiffness, memory);
-      if (terms.tangential_damping) tangential = sum(tangential, -k.tangential_damping, sliding);
+      if (terms.tangential_damping) sticking = k.tangential_damping;
+      const double divisor = terms.bounded ? 1.0 + touch.held : 1.0;
+      tangential = sum(tangential, -sticking / divisor, sliding);
     } else {
       tangential = sum({}, -coulomb / size(memory), memory);
       if (advance) memory = sum({}, -1.0 / k.tangential_stiffness, tangential);
     }
   }
-  Forces result{sum(tangential, pushing, normal), cross(to_i, tangential), {}, memory};
+  Forces result{sum(tangential, pushing, normal), cross(to_i, tangential), {}, memory, sticking};
   result.torque_j = cross(to_j, sum({}, -1.0, tangential));
   const Vector turning = sum(wi, -1.0, wj);
   if (terms.rolling && size(turning) > 0.0) {

@@ -1,12 +1,14 @@
 """Bench: the state every engine starts from, the decks, and what is made of the times."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from liner_mesh import build_liner_mesh, write_stl
 from mill_analysis.dumps import read_dump
+from mill_bench.charge_means import SLICES, STEPS, WALLS, edited
 from mill_bench.command import bench
 from mill_bench.compare import Plan, ratio_of_medians, rows
 from mill_bench.engines import ANALYTIC_WALL_ONLY, LIGGGHTS, MILLSCALE, Phases, time_run
@@ -79,7 +81,7 @@ def test_rows_compare_with_stock_liggghts(tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_that_names_the_known_ones(tmp_path):
-    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, wall, slices"):
+    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, wall, slices, steps"):
         bench("s3", True, tmp_path / "runs", None)
     assert not (tmp_path / "runs").exists()
 
@@ -103,3 +105,15 @@ def test_every_engine_runs_the_state_and_accounts_for_its_time(tmp_path, variant
     assert phases.total > 0.0
     parts = phases.pair + phases.neigh + phases.comm + phases.other
     assert parts == pytest.approx(phases.total, rel=0.02)
+
+
+@pytest.mark.parametrize("variants", [WALLS, SLICES, STEPS])
+def test_every_variant_is_a_campaign_of_its_own(tmp_path, variants):
+    campaigns = {}
+    for name, edits in variants.edits.items():
+        path = tmp_path / "mills.toml"
+        path.write_text(edited(edits))
+        campaigns[name] = replace(load_campaign(path), file=None)
+    assert variants.reference in campaigns
+    assert len({repr(campaign) for campaign in campaigns.values()}) == len(campaigns)
+    assert all(study.seeds == (1, 2, 3) for c in campaigns.values() for study in c.studies)

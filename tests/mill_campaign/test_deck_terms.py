@@ -18,6 +18,7 @@ EVERYTHING = {
     "rolling_model_pp": "cdt",
     "rolling_model_pw": "cdt",
     "surface": "fast",
+    "tangential_damping": "bounded",
 }
 
 
@@ -35,7 +36,7 @@ def test_a_charge_with_friction_has_every_term(tmp_path):
 
 def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
-    assert case["deck"] == EVERYTHING | {"surface": "default"}
+    assert case["deck"] == EVERYTHING | {"surface": "default", "tangential_damping": "on"}
     assert "contacts between balls evaluated by stock LIGGGHTS" in said(case, "in")
 
 

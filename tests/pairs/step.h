@@ -22,6 +22,7 @@ struct Step {
   Cloud cloud;
   HalfList list;
   std::vector<std::array<double, 3>> force, torque;
+  std::vector<double> damping;  ///< of each ball, one step earlier
   contact::BallTerms terms;
   bool advance = true, forget_apart = true;
 
@@ -36,6 +37,8 @@ struct Step {
         list.touching[entry] = 1;
         for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = 3e-5 * normal(random);
       }
+    std::uniform_real_distribution<double> share(0.0, 2e4);
+    for (const double mass : cloud.mass) damping.push_back(mass * share(random));
     clear();
   }
 
@@ -63,7 +66,7 @@ struct Step {
     kernel.evaluate({cloud.view(), &rows, list.entries, list.own.data(), list.other.data(),
                      list.touching.data(), list.displacement.data(), laws.data(), 2, only_type(),
                      terms, dt, advance, forget_apart, reinterpret_cast<double(*)[3]>(force.data()),
-                     reinterpret_cast<double(*)[3]>(torque.data())});
+                     reinterpret_cast<double(*)[3]>(torque.data()), damping.data()});
   }
 
   double apart_square(int i, int j) const
@@ -79,12 +82,16 @@ struct Step {
   /// One pair after the other, by the written-out law.
   void naively()
   {
+    std::vector<double> sums(cloud.all(), 0.0);
     for (int i = 0; i < cloud.owned(); ++i)
       for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry)
-        naive_pair(i, list.other[entry], entry);
+        naive_pair(i, list.other[entry], entry, sums);
+    if (terms.bounded && advance) std::copy_n(sums.begin(), cloud.owned(), damping.begin());
   }
 
-  void naive_pair(int i, int j, int entry)
+  double held(int i) const { return dt * damping[i] / cloud.mass[i]; }
+
+  void naive_pair(int i, int j, int entry, std::vector<double>& sums)
   {
     using written_out::sum;
     double* memory = &list.displacement[3 * entry];
@@ -108,10 +115,13 @@ struct Step {
          triple(sum(cloud.velocity[i], -1.0, cloud.velocity[j])),
          triple(cloud.spin[i]),
          triple(cloud.spin[j]),
-         {memory[0], memory[1], memory[2]}},
+         {memory[0], memory[1], memory[2]},
+         held(i) + held(j)},
         materials[(cloud.type[i] - 1) * 2 + cloud.type[j] - 1], terms, dt, advance);
     list.touching[entry] = 1;
     std::copy_n(got.displacement.begin(), 3, memory);
+    sums[i] += got.damping;
+    sums[j] += got.damping;
     force[i] = sum(force[i], 1.0, got.force);
     torque[i] = sum(torque[i], 1.0, got.torque_i);
     if (j >= cloud.owned()) return;

@@ -28,6 +28,8 @@ void expect_as_naive(const Step& start, const Kernel& kernel, double tolerance =
   expect_close(step.force, naive.force, tolerance);
   expect_close(step.torque, naive.torque, tolerance);
   EXPECT_EQ(step.list.touching, naive.list.touching);
+  for (int i = 0; i < step.cloud.all(); ++i)
+    ASSERT_NEAR(step.damping[i], naive.damping[i], 1e-12 * naive.damping[i] + 1e-15);
   for (std::size_t k = 0; k < step.list.displacement.size(); ++k)
     ASSERT_NEAR(step.list.displacement[k], naive.list.displacement[k], tolerance * 1e-4);
 }
@@ -92,12 +94,27 @@ TEST(Kernel, TakesAnyNumberOfContacts)
 TEST(Kernel, HasEveryChoiceOfTerms)
 {
   for (const Kernel& kernel : kernels())
-    for (unsigned choice = 0; choice < 8; ++choice) {
+    for (unsigned choice = 0; choice < 16; ++choice) {
       Step start(random_cloud({150, 0.2, 0.01, 0.03, 2}, 4));
-      start.terms = {bool(choice & 1), bool(choice & 2), bool(choice & 4)};
+      start.terms = {bool(choice & 1), bool(choice & 2), bool(choice & 8), bool(choice & 4)};
       SCOPED_TRACE(choice);
       expect_as_naive(start, kernel);
     }
+}
+
+TEST(Kernel, BoundsTheDampingByThatOfTheStepBefore)
+{
+  for (const Kernel& kernel : kernels()) {
+    Step free(random_cloud({150, 0.2}, 4));
+    free.terms.rolling = false;
+    Step bounded = free, again = free;
+    bounded.terms.bounded = again.terms.bounded = true;
+    std::fill(bounded.damping.begin(), bounded.damping.end(), 0.0);
+    for (Step* step : {&free, &bounded, &again}) step->with(kernel);
+    EXPECT_EQ(bounded.force, free.force) << "without damping before there is nothing to bound";
+    EXPECT_NE(again.force, free.force);
+    EXPECT_GT(*std::max_element(bounded.damping.begin(), bounded.damping.end()), 0.0);
+  }
 }
 
 TEST(Kernel, GivesGhostsNoForceAndTheirPartnersAllOfIt)

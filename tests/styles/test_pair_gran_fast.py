@@ -1,5 +1,7 @@
 """pair_style gran ... surface fast: the same contacts as stock, and what it refuses."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -145,6 +147,22 @@ def test_what_is_left_out_is_what_stock_leaves_out(tmp_path, options):
         _assert_same(*states, 1e-8)
 
 
+def test_bounded_damping_goes_over_into_damping_as_the_step_shrinks(tmp_path):
+    # What bounds it is of the order of the step, and so is what it changes over a given time.
+    differences = []
+    for shorter in (1, 2, 4):
+        states = []
+        for damping in ("on", "bounded"):
+            deck = _deck(tmp_path, "fast", f"tangential_damping {damping}")
+            deck = deck.replace(f"timestep        {DT!r}", f"timestep        {DT / shorter!r}")
+            assert f"timestep        {DT / shorter!r}" in deck
+            states.append(_run(tmp_path, deck, 400 * shorter))
+        differences.append(np.abs(states[1]["x y z"] - states[0]["x y z"]).max())
+    assert differences[0] > 1e-9
+    for coarse, fine in itertools.pairwise(differences):
+        assert fine < 0.75 * coarse
+
+
 @pytest.mark.parametrize("level", [2, 3, 4])
 def test_a_kernel_of_choice_gives_the_same_motion_or_says_it_cannot_run(tmp_path, level):
     best = _run(tmp_path, _deck(tmp_path, "fast"), 300)
@@ -232,6 +250,7 @@ def test_ranks_without_balls_do_nothing(tmp_path):
 WRONG_WORDS = [
     ("colour red", "unknown keyword 'colour'; accepted are tangential_damping, memory, kernel"),
     ("limitForce on", "unknown keyword 'limitForce'"),
+    ("tangential_damping some", "tangential_damping: got 'some', accepted are on, off, bounded"),
     ("memory short", "memory: got 'short', accepted are of_contact, stock"),
     ("memory", "memory: expected a value, the command ends here"),
     ("tangential_damping yes", "tangential_damping: got 'yes', accepted are on, off"),
