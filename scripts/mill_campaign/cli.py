@@ -190,7 +190,8 @@ def bench(
         typer.Option(
             help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
             "wall: mesh against analytic wall, for one ball and for s2.6; "
-            "slices: what a shorter piece of the mill changes; steps: what a longer time step changes."
+            "slices: what a shorter piece of the mill changes; "
+            "steps: what a longer time step changes."
         ),
     ] = "s2.6",
     quick: Annotated[

@@ -116,4 +116,4 @@ def test_every_variant_is_a_campaign_of_its_own(tmp_path, variants):
         campaigns[name] = replace(load_campaign(path), file=None)
     assert variants.reference in campaigns
     assert len({repr(campaign) for campaign in campaigns.values()}) == len(campaigns)
-    assert all(study.seeds == (1, 2, 3) for c in campaigns.values() for study in c.studies)
+    assert all(s.charge.seeds == (1, 2, 3) for c in campaigns.values() for s in c.studies)
