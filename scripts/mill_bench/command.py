@@ -11,13 +11,14 @@ from rich.table import Table
 from mill_bench.ball import ball_speedup, mesh_convergence
 from mill_bench.charge_means import SLICES, STEPS, WALLS, compared
 from mill_bench.compare import Plan, interleaved, ratio_of_medians, rows
-from mill_bench.engines import ANALYTIC_WALL_ONLY, LIGGGHTS, MILLSCALE
+from mill_bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, YADE
 from mill_bench.record import provenance
 from mill_bench.scenes import SCENES, Scene, prepare
 from mill_campaign.errors import CampaignError
 
 WARM_STEPS = 200
 REPEATS = 3
+DRUM_SCENE = "drum"
 WALL, SLICE, STEP = "wall", "slices", "steps"
 
 
@@ -43,6 +44,8 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
     scene = SCENES[scene_name]
     state = prepare(scene, runs, console)
     variants = (MILLSCALE, LIGGGHTS)
+    if scene.name == DRUM_SCENE and not quick:
+        variants += (LAMMPS, YADE)
     plan = _plan(scene, quick)
     timed = interleaved(variants, state, plan, runs / "timed", console.print)
     result = {

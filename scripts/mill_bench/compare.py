@@ -78,6 +78,7 @@ def rows(
                 "split_ns": {
                     name: statistics.median(asdict(p)[name] for p in phases)
                     for name in ("pair", "neigh", "comm", "other")
+                    if phases[0].pair is not None
                 },
                 "repeats": each,
             }

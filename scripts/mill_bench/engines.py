@@ -7,6 +7,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from mill_bench.peers import PEERS, Timed
 from mill_bench.running import engine_output
 from mill_bench.state import State
 from mill_campaign.engine_log import loop_timing
@@ -33,6 +34,8 @@ class Variant:
     skin: float = 0.015
 
 
+LAMMPS = Variant("lammps", "analytic", "granular")
+YADE = Variant("yade", "mesh", "mindlin")
 MILLSCALE = Variant("millscale", "analytic", "fast")
 LIGGGHTS = Variant("liggghts", "mesh", "stock")
 ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
@@ -40,13 +43,13 @@ ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
 
 @dataclass(frozen=True)
 class Phases:
-    """Where the time of a run went, in ns per ball, step and core."""
+    """Where the time of a run went, in ns per ball, step and core; None: not told by the engine."""
 
     total: float
-    pair: float
-    neigh: float
-    comm: float
-    other: float
+    pair: float | None
+    neigh: float | None
+    comm: float | None
+    other: float | None
 
     @property
     def outside_pair_and_neigh(self) -> float:
@@ -72,14 +75,25 @@ def time_run(
         RuntimeError: the engine did not come to the end; says why.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    values = _values(variant, state) | {"warm_steps": warm_steps, "steps": steps}
+    if variant.engine in PEERS:
+        timed = PEERS[variant.engine](state, values, ranks, folder)
+        return _phases_of_peer(timed, 1e9 * ranks / (steps * state.balls))
     for deck in DECKS.glob("*.in"):
         shutil.copyfile(deck, folder / deck.name)
-    values = _values(variant, state) | {"warm_steps": warm_steps, "steps": steps}
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
     (folder / "values.in").write_text("".join(lines))
     line = mpirun_line(engine_of(variant), "bench.in", "log.bench", ranks)
     text = engine_output(line, folder)
     return _phases(text[text.rindex("Loop time of") :])
+
+
+def _phases_of_peer(timed: Timed, each: float) -> Phases:
+    """each: ns per ball, step and core in a second."""
+    parts = (timed.pair, timed.neigh, timed.comm)
+    if None in parts:
+        return Phases(timed.total * each, None, None, None, None)
+    return Phases(*(each * t for t in (timed.total, *parts, timed.total - sum(parts))))
 
 
 def _phases(text: str) -> Phases:
@@ -113,6 +127,7 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "turned": mill["phase_rad"] + state.mill_angle,
         "turned_deg": math.degrees(state.mill_angle),
         "period": 2.0 * math.pi / mill["omega_rad_s"],
+        "rolling": case["deck"]["rolling_model_pp"],
         "gravity": mill["gravity_m_s2"],
         "omega": mill["omega_rad_s"],
         "mill_radius": mill["radius_m"],

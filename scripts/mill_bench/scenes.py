@@ -16,20 +16,23 @@ from mill_campaign.charge import liner_of
 from mill_campaign.engine_run import find_engine
 
 MILLS = Path(__file__).parent / "mills.toml"
+DRUM = Path(__file__).parent / "drum.toml"
 _ANGLE = re.compile(r"^ *\d+ +\d+ +\S+ +(\S+)", re.M)
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A mill of mills.toml.
+    """A mill in motion.
 
     Attributes:
+        campaign: its file.
         case: its id.
         ranks: MPI ranks it is timed on.
         steps: of one timed run, and of one with --quick.
     """
 
     name: str
+    campaign: Path
     case: str
     ranks: int
     steps: int
@@ -39,18 +42,20 @@ class Scene:
 SCENES = {
     scene.name: scene
     for scene in (
-        Scene("s2.6", "mb-cg-paper-S2.600", 1, 4000, 800),
-        Scene("s1", "mb-cg-paper-S1.000", 2, 1000, 200),
+        Scene("s2.6", MILLS, "mb-cg-paper-S2.600", 1, 4000, 800),
+        Scene("s1", MILLS, "mb-cg-paper-S1.000", 2, 1000, 200),
+        Scene("drum", DRUM, "mb-cg-paper-S1.000", 1, 4000, 400),
     )
 }
 
 
 def prepare(scene: Scene, folder: Path, console: Console) -> State:
     """The scene in motion; made when it is not there, which takes minutes (S = 1: ten or more)."""
+    folder = folder if scene.campaign == MILLS else folder / scene.name
     case_folder = folder / "cases" / scene.case
     kept = case_folder / "state.json"
     if not kept.exists():
-        finish_campaign(MILLS, folder, [scene.case], console)
+        finish_campaign(scene.campaign, folder, [scene.case], console)
         _write_state(case_folder)
     about = json.loads(kept.read_text())
     case = json.loads((case_folder / "case.json").read_text())

@@ -55,6 +55,22 @@ def write_data(dump: Path, box: tuple[float, float], data: Path) -> int:
     return int(order.size)
 
 
+def read_data(data: Path) -> dict[str, np.ndarray]:
+    """Balls of a data file by number: place, velocity, spin (n, 3) [m, m/s, rad/s]; radius (n,)."""
+    text = data.read_text()
+    atoms, _, velocities = text.partition("Atoms\n\n")[2].partition("Velocities\n\n")
+    of_atoms, of_velocities = (
+        np.array([line.split() for line in part.split("\n") if line.strip()], dtype=float)
+        for part in (atoms, velocities)
+    )
+    return {
+        "place": of_atoms[:, 4:7],
+        "radius": 0.5 * of_atoms[:, 2],
+        "velocity": of_velocities[:, 1:4],
+        "spin": of_velocities[:, 4:7],
+    }
+
+
 def _section(file, name: str, rows: dict[str, np.ndarray], columns: list[str]) -> None:
     file.write(f"{name}\n\n")
     formats = ["%d" if column in ("id", "type") else "%.17g" for column in columns]

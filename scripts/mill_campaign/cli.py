@@ -189,6 +189,7 @@ def bench(
         str,
         typer.Option(
             help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
+            "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
             "wall: mesh against analytic wall, for one ball and for s2.6; "
             "slices: what a shorter piece of the mill changes; "
             "steps: what a longer time step changes."

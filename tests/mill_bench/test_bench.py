@@ -1,6 +1,7 @@
 """Bench: the state every engine starts from, the decks, and what is made of the times."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +12,17 @@ from mill_analysis.dumps import read_dump
 from mill_bench.charge_means import SLICES, STEPS, WALLS, edited
 from mill_bench.command import bench
 from mill_bench.compare import Plan, ratio_of_medians, rows
-from mill_bench.engines import ANALYTIC_WALL_ONLY, LIGGGHTS, MILLSCALE, Phases, time_run
+from mill_bench.engines import (
+    ANALYTIC_WALL_ONLY,
+    LAMMPS,
+    LIGGGHTS,
+    MILLSCALE,
+    YADE,
+    Phases,
+    time_run,
+)
 from mill_bench.scenes import MILLS, SCENES
-from mill_bench.state import State, write_data
+from mill_bench.state import State, read_data, write_data
 from mill_campaign.case import cases_of
 from mill_campaign.charge import liner_of
 from mill_campaign.config_build import load_campaign
@@ -81,7 +90,7 @@ def test_rows_compare_with_stock_liggghts(tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_that_names_the_known_ones(tmp_path):
-    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, wall, slices, steps"):
+    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, steps"):
         bench("s3", True, tmp_path / "runs", None)
     assert not (tmp_path / "runs").exists()
 
@@ -117,3 +126,40 @@ def test_every_variant_is_a_campaign_of_its_own(tmp_path, variants):
     assert variants.reference in campaigns
     assert len({repr(campaign) for campaign in campaigns.values()}) == len(campaigns)
     assert all(s.charge.seeds == (1, 2, 3) for c in campaigns.values() for s in c.studies)
+
+
+def test_the_drum_is_one_mill_without_lifters_and_without_rolling_friction():
+    case = next(iter(cases_of(load_campaign(SCENES["drum"].campaign))))
+    assert case.id == SCENES["drum"].case
+    assert case["mill"]["lifters"] == 0
+    assert case["deck"]["rolling_model_pp"] == "off"
+
+
+@pytest.mark.parametrize("variant", [LAMMPS, YADE], ids=["lammps", "yade"])
+def test_other_engines_run_the_drum_and_tell_their_time(tmp_path, variant):
+    if not shutil.which({"lammps": "lmp", "yade": "yade"}[variant.engine]):
+        pytest.skip(f"{variant.engine} is not installed: only the bench needs it")
+    case = next(iter(cases_of(load_campaign(SCENES["drum"].campaign))))
+    dump, data = tmp_path / "state.dump", tmp_path / "state.data"
+    write_dump(dump, some_balls())
+    box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
+    balls = write_data(dump, box, data)
+    state = State(case.document, data, tmp_path / "none.stl", 0.3, balls)
+    phases = time_run(variant, state, 1, 5, 20, tmp_path / "run")
+    assert phases.total > 0.0
+    if variant == LAMMPS:
+        assert phases.pair + phases.neigh + phases.comm + phases.other == pytest.approx(
+            phases.total
+        )
+
+
+def test_a_state_is_read_as_it_was_written(tmp_path):
+    balls = some_balls()
+    write_dump(tmp_path / "state.dump", balls)
+    write_data(tmp_path / "state.dump", (1.6, 0.4), tmp_path / "state.data")
+    read = read_data(tmp_path / "state.data")
+    rows = np.array(sorted(balls))
+    np.testing.assert_array_equal(read["place"], rows[:, 2:5])
+    np.testing.assert_array_equal(read["velocity"], rows[:, 5:8])
+    np.testing.assert_array_equal(read["spin"], rows[:, 8:11])
+    np.testing.assert_array_equal(read["radius"], rows[:, 11])
