@@ -20,6 +20,7 @@ from mill_analysis.run_folder import (
     load_finished,
     missing_products,
     read_json,
+    why_missing,
 )
 from mill_analysis.windows import common_windows
 
@@ -104,9 +105,8 @@ def load_campaign(runs: Path) -> Campaign:
     """
     finished, missing = [], {}
     for folder in case_folders(runs):
-        absent = missing_products(folder)
-        if absent:
-            missing[folder.name] = f"no {', '.join(absent)} yet"
+        if missing_products(folder):
+            missing[folder.name] = why_missing(folder)
             continue
         try:
             finished.append(load_finished(folder))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-CASE, TIMING, RESULT, SERIES, LINER = (
+CASE, TIMING, RESULT, SERIES, LINER, STAGE = (
     "case.json",
     "timing.json",
     "result.json",
     "series.csv",
     "liner.stl",
+    "stage.json",
 )
 SCHEMA = 1
 
@@ -113,6 +114,19 @@ def case_folders(runs: Path) -> list[Path]:
 def missing_products(folder: Path) -> list[str]:
     """Products without which a case is not finished, in the order in which they are made."""
     return [name for name in (CASE, SERIES, TIMING, RESULT) if not (folder / name).exists()]
+
+
+def why_missing(folder: Path) -> str:
+    """Why a case is not finished: what its last stage failed of, or which products it has not."""
+    absent = missing_products(folder)
+    try:
+        record = read_json(folder / STAGE, "")
+    except RunFolderError:
+        record = {}
+    words = [record.get(key) for key in ("stage", "cause", "advice")]
+    if record.get("state") != "failed" or not all(isinstance(x, str) for x in words):
+        return f"no {', '.join(absent)} yet"
+    return f"{words[0]} failed: {words[1]}" + (f"; to do: {words[2]}" if words[2] else "")
 
 
 def _run(folder: Path) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
-from dataclasses import asdict
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,7 @@ import typer
 from rich.console import Console
 
 from mill_campaign.errors import CampaignError
+from mill_campaign.failures import SILENCE, TIME_LIMIT_VARIABLE
 from mill_campaign.machine import CoreWish
 
 EXIT_FAILED = 1
@@ -71,6 +73,12 @@ DryRun = Annotated[
 Oversubscribe = Annotated[
     bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
 ]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S", min=0.1, help="Longest wall time of a stage [s]; it then ends and has failed."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
 
 
@@ -116,6 +124,7 @@ def run(
     only: Only = None,
     dry_run: DryRun = False,
     oversubscribe: Oversubscribe = False,
+    time_limit: TimeLimit = None,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 
@@ -135,6 +144,8 @@ def run(
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return
+    if time_limit:
+        os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
     try:
         raise typer.Exit(0 if run_campaign(asked, _console()) else EXIT_FAILED)
     except KeyboardInterrupt:
@@ -145,22 +156,39 @@ def run(
 
 
 @app.command()
-def status(runs: RunsArgument, as_json: Json = False) -> None:
-    """Show the stage of every case, how far it is, and the last problem.
+def status(
+    runs: RunsArgument,
+    as_json: Json = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show it anew until nothing runs any more; Ctrl-C ends.")
+    ] = False,
+    every: Annotated[
+        float, typer.Option(metavar="S", min=0.1, help="Time between two looks [s], with --watch.")
+    ] = 2.0,
+    silence: Annotated[
+        float,
+        typer.Option(
+            "--silence",
+            metavar="S",
+            min=1.0,
+            help="An engine that writes nothing for so long [s] makes no progress.",
+        ),
+    ] = SILENCE,
+) -> None:
+    """Show the stage of every case, how far it is, its rate, the time left and the last problem.
 
-    Example: `millscale status runs/quick`
+    Reads files alone, from any terminal, beside a run or after it. With --json and --watch each
+    look is one line.
+
+    Example: `millscale status runs/quick --watch`
     """
-    from mill_campaign.display import status_table
-    from mill_campaign.run_command import problems
-    from mill_campaign.status import campaign_status
+    from mill_campaign.watch_status import show, watch_status
 
-    statuses = campaign_status(runs)
-    if as_json:
-        typer.echo(json.dumps([asdict(x) for x in statuses], indent=1))
+    if not watch:
+        show(runs, silence, as_json, _console())
         return
-    _console().print(status_table(statuses))
-    for line in problems(runs, statuses):
-        typer.echo(line)
+    with suppress(KeyboardInterrupt):
+        watch_status(runs, silence, as_json, every, _console())
 
 
 @app.command()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,14 +11,14 @@ from rich.console import Console
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
 from mill_campaign.cost import most_ranks
-from mill_campaign.display import status_table, watching
+from mill_campaign.display import problems, status_table, watching
 from mill_campaign.engine_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, generate
 from mill_campaign.machine import Allocation, CoreWish, allocate
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
-from mill_campaign.status import CaseStatus, case_status
+from mill_campaign.status import case_status
 from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow
 
 
@@ -108,12 +107,3 @@ def run_campaign(asked: Request, console: Console) -> bool:
         log = asked.runs / WORKFLOW_LOG
         console.print(f"workflow failed: {last_problem(asked.runs)}; see {log}", markup=False)
     return done
-
-
-def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
-    """A line per failed case: stage, cause, and the log that tells more."""
-    return [
-        f"{x.id}: {x.stage} failed: {x.problem}; see {runs / CASES_FOLDER / x.id / x.log}"
-        for x in statuses
-        if x.problem
-    ]
