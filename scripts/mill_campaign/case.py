@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from mill_campaign.deck_terms import deck_part, statements_of, terms_of
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, models_of
 from mill_campaign.modelled import statements
+from mill_campaign.provenance import installed_version
 from mill_campaign.time_step import Step, steps_of
 from mill_campaign.wall_panels import wall_part
 
@@ -25,6 +26,8 @@ SHORT_KIND = {"single-ball": "sb", "multi-ball": "mb"}
 SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
 # Ranks of the prediction written to case.json; the plan predicts for any number.
 RANKS = 2
+# As `case_id` makes them; also the name of the case's folder.
+CASE_ID = re.compile(r"(sb|mb)-[a-z]{2}-[a-z-]{1,20}-S[0-9]{1,9}\.[0-9]{3}(-seed[0-9]{1,10})?")
 LARGEST_FILE_BYTES = 1 << 20
 # Parts that inform: a case need not run again because their wording or numbers change.
 SAID = ("digest", "model", "predicted", "versions", "warnings")
@@ -164,11 +167,3 @@ def _predicted(document: Mapping[str, Any]) -> dict[str, float | int]:
 def turned_triangles(wall: Mapping[str, Any]) -> int:
     """Triangles the engine turns at every step: none where the wall is analytic."""
     return wall["triangles"] if wall["kind"] == "mesh" else 0
-
-
-def installed_version() -> str:
-    """Version of the installed package; "source" when run from the source tree."""
-    try:
-        return version("millscale")
-    except PackageNotFoundError:
-        return "source"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -15,6 +17,7 @@ from rich.console import Console
 from mill_campaign.errors import CampaignError
 from mill_campaign.failures import SILENCE, TIME_LIMIT_VARIABLE
 from mill_campaign.machine import CoreWish
+from mill_campaign.provenance import COMMAND_VARIABLE
 
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
@@ -37,7 +40,8 @@ case with a folder of its own. Lengths in m, times in s, angles in rad unless a 
 * `millscale run campaigns/quick.toml --runs runs/quick` simulates what is missing
 * `millscale report runs/quick` writes report/index.html
 
-Exit codes: 0 done; 1 a case failed; 2 wrong input; 130 interrupted, the same command goes on.
+Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input, or too little
+disk; 130 interrupted, the same command goes on. `millscale status` tells why a case failed.
 """,
 )
 
@@ -146,6 +150,7 @@ def run(
         return
     if time_limit:
         os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:
         raise typer.Exit(0 if run_campaign(asked, _console()) else EXIT_FAILED)
     except KeyboardInterrupt:
@@ -189,6 +194,29 @@ def status(
         return
     with suppress(KeyboardInterrupt):
         watch_status(runs, silence, as_json, every, _console())
+
+
+@app.command()
+def verify(runs: RunsArgument, as_json: Json = False) -> None:
+    """Check every file of a runs folder: products against the digests recorded when they were made,
+    case.json against the campaign, decks against this version.
+
+    Exit code 1 if anything differs. Example: `millscale verify runs/quick`
+    """
+    from mill_campaign.verify import verify as verify_folder
+
+    found = verify_folder(runs)
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=1))
+    else:
+        for difference in found.differences:
+            typer.echo(str(difference))
+        typer.echo(
+            f"{found.cases} cases, {found.files} files checked: "
+            f"{len(found.differences) or 'no'} differences"
+        )
+    if found.differences:
+        raise typer.Exit(EXIT_FAILED)
 
 
 @app.command()

@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
-from mill_campaign import failures, stage_record
+from mill_campaign import failures, provenance, stage_record
 from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
@@ -67,6 +67,7 @@ def _make(task: Task) -> None:
     shutil.rmtree(task.part, ignore_errors=True)
     task.part.mkdir()
     try:
+        provenance.check_inputs(task.folder, task.stage.inputs)
         WORK[task.stage.name](task)
         missing = [x for x in task.stage.products if not (task.part / x).exists()]
         if missing:
@@ -78,8 +79,16 @@ def _make(task: Task) -> None:
         log = task.part / task.log
         if log.exists():
             log.replace(task.folder / task.log)
+    _record_provenance(task)
     _publish(task)
     shutil.rmtree(task.part)
+
+
+def _record_provenance(task: Task) -> None:
+    # A log of an earlier run would say that the engine had run.
+    log = task.folder / task.log if task.stage.deck else task.part / task.log
+    made = provenance.stage_provenance(task.folder, task.part, task.stage.inputs, log, task.ranks)
+    provenance.write_provenance(task.folder, task.part, task.stage.name, made)
 
 
 def _publish(task: Task) -> None:

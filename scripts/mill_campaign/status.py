@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from contextlib import suppress
@@ -10,12 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.case import Case
-from mill_campaign.errors import CampaignError
 from mill_campaign.failures import ADVICE, KILLED, NO_PROGRESS, SILENCE, UNKNOWN, Failure
+from mill_campaign.generate import read_summary
 from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
 from mill_campaign.stage_table import (
-    CAMPAIGN_FILE,
     CASE_FILE,
     CASES_FOLDER,
     DUMP_FOLDER,
@@ -72,14 +70,7 @@ def campaign_cases(runs: Path) -> list[Path]:
     Raises:
         CampaignError: the folder holds no generated campaign.
     """
-    accepted = "a folder made by `millscale generate` or `run`"
-    try:
-        ids = json.loads((runs / CAMPAIGN_FILE).read_text())["cases"]
-    except OSError:
-        raise CampaignError(runs, "", f"no {CAMPAIGN_FILE} in it", accepted) from None
-    except (ValueError, TypeError, KeyError):
-        raise CampaignError(runs / CAMPAIGN_FILE, "", "not understood", accepted) from None
-    return [runs / CASES_FOLDER / case_id for case_id in ids]
+    return [runs / CASES_FOLDER / case_id for case_id in read_summary(runs)["cases"]]
 
 
 def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
