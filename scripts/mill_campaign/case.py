@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from mill_campaign import case_sections as parts
+from mill_campaign.case_check import check_case, read_case
 from mill_campaign.config import Campaign
 from mill_campaign.cost import wall_time
 from mill_campaign.deck_terms import deck_part, statements_of, terms_of
@@ -26,9 +26,6 @@ SHORT_KIND = {"single-ball": "sb", "multi-ball": "mb"}
 SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
 # Ranks of the prediction written to case.json; the plan predicts for any number.
 RANKS = 2
-# As `case_id` makes them; also the name of the case's folder.
-CASE_ID = re.compile(r"(sb|mb)-[a-z]{2}-[a-z-]{1,20}-S[0-9]{1,9}\.[0-9]{3}(-seed[0-9]{1,10})?")
-LARGEST_FILE_BYTES = 1 << 20
 # Parts that inform: a case need not run again because their wording or numbers change.
 SAID = ("digest", "model", "predicted", "versions", "warnings")
 
@@ -64,14 +61,13 @@ class Case:
             CampaignError: not a case.json of this schema.
         """
         path = Path(path)
-        try:
-            with path.open("rb") as stream:
-                document = json.loads(stream.read(LARGEST_FILE_BYTES))
-        except (OSError, ValueError, RecursionError) as cause:
-            raise CampaignError(path, "", f"cannot be read: {cause}", "a case.json") from None
-        found = document.get("schema") if isinstance(document, dict) else None
+        document = read_case(path)
+        found = document.get("schema")
         if found != SCHEMA:
-            raise CampaignError(path, "schema", f"got {found}", f"{SCHEMA}; run generate again")
+            raise CampaignError(
+                path, "schema", f"got {found!r:.60}", f"{SCHEMA}; run generate again"
+            )
+        check_case(path, document)
         return Case(document)
 
 

@@ -9,7 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from mill_campaign.case import CASE_ID, SCHEMA, Case, cases_of, digest
+from mill_campaign.case import SCHEMA, Case, cases_of, digest
+from mill_campaign.case_check import CASE_ID
 from mill_campaign.config import Campaign
 from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
@@ -110,5 +111,7 @@ def _write_if_new(path: Path, text: str) -> None:
 def _write(path: Path, text: str) -> None:
     """Write under another name, then rename: a reader never sees half a file."""
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    # A link of that name would lead elsewhere.
+    part.unlink(missing_ok=True)
     part.write_text(text)
     part.replace(path)

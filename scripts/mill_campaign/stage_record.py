@@ -78,6 +78,8 @@ def _write(folder: Path, record: StageRecord) -> None:
     text = json.dumps(asdict(record), indent=1) + "\n"
     part = folder / f"{RECORD_FILE}.part"
     try:
+        # A link of that name would lead elsewhere.
+        part.unlink(missing_ok=True)
         part.write_text(text)
     except OSError:
         # A full disk still takes what fits into the block that the record has already.

@@ -7,7 +7,6 @@ so a stage that fails or is interrupted leaves none. What it prints goes to out.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shutil
 import signal
@@ -19,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mill_campaign import failures, provenance, stage_record
+from mill_campaign.case_check import check_case, read_case
 from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
@@ -36,7 +36,9 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
         ranks: MPI ranks, for the stages that run the engine.
     """
     # Not through Case: what it needs takes longer to load than most stages take.
-    case = json.loads((folder / CASE_FILE).read_text())
+    case = read_case(folder / CASE_FILE)
+    if "schema" in case:
+        check_case(folder / CASE_FILE, case)
     stage = stage_of(case["kind"], name)
     screen = folder / f"out.{name}"
     with hold(folder) as lock:

@@ -19,14 +19,13 @@ from hypothesis import strategies as st
 from mutations import as_json, as_toml, damaged, documents
 from small_campaign import TEXT
 from synthetic_ball import usual_motion
-from synthetic_case import case_document, timing_document, write_campaign, write_case
-from synthetic_charge import block, charge_columns, write_charge, write_dump
+from synthetic_case import case_document, timing_document, write_case, write_series
+from synthetic_charge import block, write_charge, write_dump
 
 from liner_mesh import read_stl
 from mill_analysis import RunFolderError, analyse_case
 from mill_analysis.campaign import load_campaign as load_runs
 from mill_analysis.dumps import read_dump
-from mill_analysis.run_folder import load_finished
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
@@ -61,7 +60,8 @@ def run(tallies, name, number, strategy, act, folder, refusals=REFUSALS):
 
     each()
     tallies[name] = tally
-    assert not tally.faults, f"{len(tally.faults)} faults, the first:\n{tally.faults[0]}"
+    if tally.faults:
+        pytest.fail(f"{len(tally.faults)} faults, the first:\n{tally.faults[0]}", pytrace=False)
     # Hypothesis tries some inputs once only, however often they come.
     assert tally.inputs_tried >= 0.9 * number
 
@@ -190,6 +190,19 @@ SIDE_FILES = (
 )
 
 
+def _finish(folder, S):
+    """Give a generated case a result."""
+    motion = case_document("single-ball", "constant-gravity", "paper", S, sample_angle=0.05)
+    write_series(folder / "series.csv", usual_motion(motion).series())
+    (folder / "timing.json").write_text(json.dumps(timing_document(1, 100)))
+    analyse_case(folder)
+    stage = {"stage": "result", "state": "failed", "started": 1.0, "ended": 2.0, "process": 1}
+    stage |= {"process_started": 0.5, "cause": "c", "log": "out.result"}
+    (folder / "stage.json").write_text(json.dumps(stage))
+    made = {"inputs": {}, "products": {"result.json": "0" * 64}}
+    (folder / "provenance.json").write_text(json.dumps({"schema": 1, "stages": {"result": made}}))
+
+
 @pytest.mark.parametrize("number", NUMBERS)
 def test_runs_folders(tallies, number, tmp_path):
     """status, verify and report on a folder of which one JSON file is damaged."""
@@ -197,25 +210,7 @@ def test_runs_folders(tallies, number, tmp_path):
     (tmp_path / "small.toml").write_text(TEXT.split("[multi_ball]")[0])
     cases = generate(tmp_path / "small.toml", good)
     for case in cases:
-        folder = good / "cases" / case.id
-        document = json.loads((folder / "case.json").read_text())
-        write_case(
-            good,
-            document,
-            usual_motion(
-                case_document(
-                    "single-ball", "constant-gravity", "paper", case["S"], sample_angle=0.05
-                )
-            ).series(),
-        )
-        analyse_case(folder)
-        stage = {"stage": "result", "state": "failed", "started": 1.0, "ended": 2.0, "process": 1}
-        stage |= {"process_started": 0.5, "cause": "c", "log": "out.result"}
-        (folder / "stage.json").write_text(json.dumps(stage))
-        made = {"inputs": {}, "products": {"result.json": "0" * 64}}
-        (folder / "provenance.json").write_text(
-            json.dumps({"schema": 1, "stages": {"result": made}})
-        )
+        _finish(good / "cases" / case.id, case["S"])
     first = good / "cases" / cases[0].id
     originals = {
         name: (good if name == "campaign.json" else first).joinpath(name).read_bytes()
