@@ -17,6 +17,7 @@ from mill_campaign.deck_terms import deck_part, statements_of, terms_of
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, models_of
 from mill_campaign.modelled import statements
+from mill_campaign.output_size import check_budget, output_bytes
 from mill_campaign.provenance import installed_version
 from mill_campaign.time_step import Step, steps_of
 from mill_campaign.wall_panels import wall_part
@@ -75,7 +76,8 @@ def cases_of(campaign: Campaign) -> list[Case]:
     """The cases of a campaign: by study, policy, scheme, S and seed.
 
     Raises:
-        CampaignError: a model is impossible, or two cases would have the same id.
+        CampaignError: a model is impossible, a case would write more than the campaign's budget, or
+            two cases would have the same id.
     """
     cases = []
     for study in campaign.studies:
@@ -83,6 +85,8 @@ def cases_of(campaign: Campaign) -> list[Case]:
         for model, step in zip(models, steps_of(campaign, models), strict=True):
             seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
             cases += [_case(campaign, model, step, seed) for seed in seeds]
+    for case in cases:
+        check_budget(campaign.file, case.document, campaign.output_budget)
     seen: set[str] = set()
     for case in cases:
         if case.id in seen:
@@ -157,6 +161,7 @@ def _predicted(document: Mapping[str, Any]) -> dict[str, float | int]:
         "particle_steps": balls * steps,
         "ranks": ranks,
         "wall_time_s": wall_time(kind, balls, turned_triangles(document["wall"]), steps, ranks),
+        "output_bytes": output_bytes(document),
     }
 
 

@@ -129,6 +129,9 @@ def run(
     dry_run: DryRun = False,
     oversubscribe: Oversubscribe = False,
     time_limit: TimeLimit = None,
+    ignore_disk: Annotated[
+        bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
+    ] = False,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 
@@ -142,12 +145,14 @@ def run(
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
-    from mill_campaign.run_command import dry_run_campaign, request, run_campaign
+    from mill_campaign.run_command import check_free_disk, dry_run_campaign, request, run_campaign
 
     asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe))
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return
+    if not ignore_disk:
+        check_free_disk(asked)
     if time_limit:
         os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))

@@ -232,6 +232,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "run": {
         "ranks": Key("integer", "MPI ranks of a multi-ball case", least=1, most=4096),
         "jobs": Key("integer", "cases at a time", least=1, most=4096),
+        "output_gb": Key("number", "disk that a case may take [GB]", 20.0, above=0.0, most=1e6),
     },
 }  # fmt: skip
 

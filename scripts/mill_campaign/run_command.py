@@ -17,6 +17,7 @@ from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, generate
 from mill_campaign.machine import Allocation, CoreWish, allocate
+from mill_campaign.output_size import check_disk
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
 from mill_campaign.status import case_status
 from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow
@@ -57,6 +58,21 @@ def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
                 "millscale run", "--only", f"no case {pattern}", f"{near}, ...; see millscale plan"
             )
     return [x for x in cases if not only or any(fnmatchcase(x.id, pattern) for pattern in only)]
+
+
+def check_free_disk(asked: Request) -> None:
+    """Refuse to run what the disk cannot hold: the cases whose engine has still to run.
+
+    Raises:
+        CampaignError: says what is needed and what is free.
+    """
+    changed = changed_cases(list(asked.cases), asked.runs)
+    done = []
+    for case in asked.cases:
+        folder = asked.runs / CASES_FOLDER / case.id
+        left = unfinished(folder, case.kind, case_changed=case.id in changed)
+        done.append(not any(stage.deck for stage, _ in left))
+    check_disk(asked.runs, [case.document for case in asked.cases], done)
 
 
 def dry_run_campaign(asked: Request) -> str:
