@@ -24,10 +24,20 @@ DECK_WORD = re.compile(r"[a-z][a-z0-9_-]{0,40}(\.[a-z]{1,8})?")
 MOST_BALLS, MOST_STEPS = 10**9, 10**15
 _DEEPEST = 8
 _REMEDY = "as generated: millscale generate FILE --runs DIR writes it anew"
-_COUNTS = {"count": MOST_BALLS, "lifters": 10**4, "axial_divisions": 10**4, "triangles": 10**9}
+_COUNTS = {
+    "count": MOST_BALLS,
+    "lifters": 10**4,
+    "axial_divisions": 10**4,
+    "triangles": 10**9,
+    "seed": 10**9,
+}
+_AT_LEAST_ONE = {
+    *("count", "steps", "axial_divisions"),
+    *("thermo_steps", "sample_steps", "dump_steps", "restart_steps"),
+}
 # What the stages, the status and the plan read.
 _NUMBERS = {
-    "": ("S", "time_factor"),
+    "": ("S", "time_factor", "seed"),
     "physical": ("radius_m", "gravity_m_s2", "omega_rad_s"),
     "mill": (
         *("radius_m", "length_m", "simulated_length_m", "lifter_top_radius_m"),
@@ -83,6 +93,8 @@ def check_case(path: Path, document: Mapping[str, Any]) -> None:
         raise CampaignError(path, "id", f"got {_shown(case_id)}", "such as sb-cg-paper-S1.000")
     for key, value in _leaves(path, document):
         _check_leaf(path, key, value)
+    if not isinstance(document.get("allow_centrifuging"), bool):
+        raise CampaignError(path, "allow_centrifuging", "no such flag", f"true or false; {_REMEDY}")
     for section, names in _NUMBERS.items():
         for name in names:
             value = _part(path, document, section).get(name)
@@ -130,8 +142,9 @@ def _check_leaf(path: Path, key: str, value: Any) -> None:
         raise CampaignError(path, key, f"got {_shown(value)}", f"a finite number; {_REMEDY}")
     name = key.rpartition(".")[2]
     most = MOST_STEPS if name.endswith("_steps") or name == "steps" else _COUNTS.get(name)
-    if most is not None and not (isinstance(value, int) and 0 <= value <= most):
-        accepted = f"a whole number from 0 to {most}; {_REMEDY}"
+    least = 1 if name in _AT_LEAST_ONE else 0
+    if most is not None and not (isinstance(value, int) and least <= value <= most):
+        accepted = f"a whole number from {least} to {most}; {_REMEDY}"
         raise CampaignError(path, key, f"got {_shown(value)}", accepted)
 
 

@@ -173,7 +173,9 @@ def _fits(stage: Any) -> bool:
     """Whether digests of files inside the folder are there."""
     parts = [stage["inputs"], stage["products"]]
     return all(
-        isinstance(digest, str) and name and not {"", ".", ".."}.intersection(name.split("/"))
+        isinstance(digest, str)
+        and name.isprintable()
+        and not {"", ".", ".."}.intersection(name.split("/"))
         for part in parts
         for name, digest in part.items()
     )

@@ -121,5 +121,6 @@ def run_campaign(asked: Request, console: Console) -> bool:
         console.print(f"next: millscale report {asked.runs}", markup=False, highlight=False)
     elif code and not any(status.problem for status in statuses):
         log = asked.runs / WORKFLOW_LOG
-        console.print(f"workflow failed: {last_problem(asked.runs)}; see {log}", markup=False)
+        text = f"workflow failed: {last_problem(asked.runs)}; see {log}"
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
     return done

@@ -71,7 +71,15 @@ def read_record(folder: Path) -> StageRecord | None:
         return None
     kinds = {"str": str, "float": (int, float), "int": int}
     fits = all(isinstance(getattr(record, x.name), kinds[x.type]) for x in fields(record))
-    return record if fits and record.state in STATES else None
+    if not fits or record.state not in STATES:
+        return None
+    texts = ("cause", "log", "advice")
+    return replace(record, **{name: _printable(getattr(record, name)) for name in texts})
+
+
+def _printable(text: str) -> str:
+    """Without what a terminal would obey."""
+    return "".join(x if x.isprintable() else " " for x in text)
 
 
 def _write(folder: Path, record: StageRecord) -> None:

@@ -30,9 +30,7 @@ def victim(tmp_path):
         f"cases/{BALL}/.millscale.lock",
         f"cases/{BALL}/stage.json.part",
         f"cases/{BALL}/out.result",
-        f"cases/{BALL}/result.json",
         f"cases/{BALL}/series.csv",
-        f"cases/{CHARGE}/dump/charge.000000001.liggghts",
         "settled/0123456789abcdef",
     ],
 )
@@ -46,6 +44,21 @@ def test_a_link_to_outside_is_refused_and_its_target_stays(finished, victim, pla
     text = done.stdout + done.stderr
     assert done.returncode in (1, 2) and f"{link.name}: is a link to {victim}" in text
     assert victim.read_text() == "precious" and link.is_symlink()
+
+
+@pytest.mark.parametrize(
+    "place", [f"{BALL}/result.json", f"{CHARGE}/dump/charge.000000001.liggghts"]
+)
+def test_a_link_in_place_of_a_product_is_refused_before_work_and_told_by_verify(
+    finished, victim, place
+):
+    link = finished.runs / "cases" / place
+    link.unlink(missing_ok=True)
+    link.symlink_to(victim)
+    with pytest.raises(CampaignError, match="is a link to"):
+        check_folder(link.parents[1] if link.parent.name == "dump" else link.parent)
+    assert ("result.json" in place) == (finished("verify").returncode == 1)
+    assert victim.read_text() == "precious"
 
 
 def test_a_case_folder_that_is_a_link_is_refused(finished, tmp_path):

@@ -124,6 +124,18 @@ def test_a_stage_refuses_an_input_that_was_damaged(finished):
     assert "result failed: damaged file: series.csv does not match its digest" in done.stdout
 
 
+def test_a_damaged_restart_does_not_reach_the_engine(finished):
+    case = finished.case(CHARGE)
+    restart = case / "settled.restart"
+    date = restart.stat().st_mtime_ns
+    restart.write_text(restart.read_text()[:-3])
+    os.utime(restart, ns=(date, date))
+    (case / "series.csv").unlink()
+    done = finished("run")
+    assert "rotate failed: damaged file: settled.restart does not match" in done.stdout
+    assert not (case / "rotate.part" / "log.rotate").exists()
+
+
 @pytest.mark.parametrize(
     "content",
     ["[]", "{", '{"schema": 1, "stages": {"mesh": {"inputs": {}, "products": {"../x": "a"}}}}',
