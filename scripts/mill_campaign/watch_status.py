@@ -48,7 +48,7 @@ def watch_status(runs: Path, silence: float, as_json: bool, every: float, consol
             if all(x.state != "running" for x in statuses):
                 break
             time.sleep(every)
-    if not as_json:
+    if not as_json and not console.is_terminal:
         for line in problems(runs, statuses):
             console.print(line, markup=False, highlight=False, soft_wrap=True)
 

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-# Longer than any reader needs for a damaged file of a few kilobytes, on a busy machine [s].
-HANG_S = 20.0
+# Longer than any reader needs for a damaged file of a few kilobytes [s]: of the processor, and by
+# the clock, for one that waits, on a busy machine.
+COMPUTING_S, WAITING_S = 20.0, 120.0
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 # Python's events of changes to files, and which of their arguments are paths.
 _CHANGES = {
@@ -86,17 +87,23 @@ sys.addaudithook(_audit)
 
 
 @contextmanager
-def _limited(seconds: float):
+def _limited():
     def too_long(number, frame):
         raise Hang
 
-    before = signal.signal(signal.SIGALRM, too_long)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    timers = {
+        signal.SIGPROF: (signal.ITIMER_PROF, COMPUTING_S),
+        signal.SIGALRM: (signal.ITIMER_REAL, WAITING_S),
+    }
+    before = {number: signal.signal(number, too_long) for number in timers}
+    for timer, seconds in timers.values():
+        signal.setitimer(timer, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        for number, (timer, _) in timers.items():
+            signal.setitimer(timer, 0.0)
+            signal.signal(number, before[number])
 
 
 def attempt(
@@ -113,7 +120,7 @@ def attempt(
     tally.inputs_tried += 1
     _watched.append((Path(os.path.realpath(folder)), outside))
     try:
-        with _limited(HANG_S):
+        with _limited():
             act()
         tally.accepted += 1
     except refusals as error:
