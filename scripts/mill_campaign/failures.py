@@ -84,16 +84,16 @@ KINDS = (
         "take a shorter step_s; if it lasts, look where the last row or dump shows it",
     ),
     Kind(
-        "mesh error",
-        r"liner mesh not fit|the mesh needs|mesh/surface|[Mm]esh .*(element|corrupt|quality|STL)"
-        r"|STL|duplicate elements|liner\.stl",
-        "delete liner.stl and run again; if it lasts, change wall.chord_error_m or axial_divisions",
-    ),
-    Kind(
         "damaged file",
         r"cut short|not a complete dump|[Rr]estart file|not valid JSON|two runs in one file"
         r"|does not match its digest",
         "delete the file named and run again: its stage makes it anew",
+    ),
+    Kind(
+        "mesh error",
+        r"liner mesh not fit|the mesh needs|mesh/surface|[Mm]esh .*(element|corrupt|quality|STL)"
+        r"|STL|duplicate elements|liner\.stl",
+        "delete liner.stl and run again; if it lasts, change wall.chord_error_m or axial_divisions",
     ),
     Kind(
         WRONG_DECK,

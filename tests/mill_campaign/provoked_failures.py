@@ -58,6 +58,8 @@ class Scene:
         assert edits, f"{name} has no {pattern}"
         file.write_text(text)
         os.utime(file, ns=(date, date))
+        # The engine is to see it: its digest would tell first.
+        (self.case / "provenance.json").unlink(missing_ok=True)
 
     def set(self, variable: str, value: str) -> None:
         self.edit(
@@ -119,6 +121,14 @@ def lost_ball(scene: Scene) -> None:
 def mesh_error(scene: Scene) -> None:
     scene.set("wall", "mesh")
     scene.edit("liner.stl", r"\A((?:.*\n){99})(?:.*\n){5}", r"\1")
+    scene.run()
+
+
+def damaged_file(scene: Scene) -> None:
+    file = scene.case / "charge.data"
+    date = file.stat().st_mtime_ns
+    file.write_text(file.read_text()[:-100])
+    os.utime(file, ns=(date, date))
     scene.run()
 
 
@@ -230,6 +240,7 @@ PROVOCATIONS = (
     Provocation("overlap too large", CHARGE, "settle", "Young's modulus of 2e4 Pa", overlap),
     Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball),
     Provocation("mesh error", BALL, "rotate", "five lines cut out of liner.stl", mesh_error),
+    Provocation("damaged file", CHARGE, "settle", "100 bytes cut off charge.data", damaged_file),
     Provocation("out of memory", CHARGE, "settle", "box of 120 m, ulimit -v 1.2 GB", no_memory),
     Provocation("out of memory", BALL, "rotate", _COUNTED, killed_for_memory),
     Provocation("disk full", BALL, "rotate", "100 KiB left on a file system of its own", disk_full),

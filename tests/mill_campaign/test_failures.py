@@ -13,7 +13,7 @@ from mill_campaign import stage_record, stage_work, stages
 from mill_campaign.failures import ADVICE, UNKNOWN, Traces, classify
 
 # The quick ones run always; the rest with -m validate.
-QUICK = {"nan", "mesh error", "wrong deck", "disk full", "overlap too large"}
+QUICK = {"nan", "damaged file", "mesh error", "wrong deck", "disk full", "overlap too large"}
 CRASH = "the engine crashed: rank 1 exited on signal {}"
 
 
@@ -58,8 +58,7 @@ def test_traces_tell_the_kind(kind, traces):
 
 
 def test_every_kind_but_the_unknown_is_provoked():
-    # A damaged file is one of tests/mill_analysis and of verify.
-    assert {x.kind for x in PROVOCATIONS} == set(ADVICE) - {UNKNOWN, "damaged file"}
+    assert {x.kind for x in PROVOCATIONS} == set(ADVICE) - {UNKNOWN}
 
 
 def test_a_full_disk_still_takes_the_record_of_the_failure(tmp_path, monkeypatch):
