@@ -69,18 +69,18 @@ KINDS = (
     ),
     Kind(
         NOT_A_NUMBER,
-        r"mill/guard.*(\bnan\b|not a number|not finite|infinit)|is NaN!|[Nn]on-numeric"
+        r"mill/guard: .*(\bnan\b|not a number|(not|no) finite|infinit)|is NaN!|[Nn]on-numeric"
         r"|\bis (nan|-?inf) in line",
         "take a shorter step_s, or `advised`; look at the last rows of series.csv",
     ),
     Kind(
         "overlap too large",
-        r"mill/guard.*overlap|balls of the settled bed overlap",
+        r"mill/guard: .*overlap|balls of the settled bed overlap",
         "take a shorter step_s, or a larger youngs_modulus_pa",
     ),
     Kind(
         "lost ball",
-        r"[Ll]ost atoms|Out of range atoms|mill/guard.*(left|outside|lost)",
+        r"[Ll]ost atoms|Out of range atoms|mill/guard: .*(left|outside|lost|faster)",
         "take a shorter step_s; if it lasts, look where the last row or dump shows it",
     ),
     Kind(

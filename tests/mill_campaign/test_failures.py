@@ -27,6 +27,15 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
             "overlap too large",
             Traces("ERROR on proc 0: fix mill/guard: overlap of ball 3 is 0.4 radii at step 12"),
         ),
+        (
+            "nan",
+            Traces("ERROR: fix mill/guard: ball 3 has no finite position; step 12, position ("),
+        ),
+        (
+            "overlap too large",
+            Traces("ERROR: fix mill/guard: ball 3 overlaps the drum by 0.5 of its radius; step 1"),
+        ),
+        ("lost ball", Traces("ERROR: fix mill/guard: ball 3 is outside the mill, its centre 1 m")),
         ("lost ball", Traces("ERROR: Lost atoms: original 2 current 1 (thermo.cpp:427)")),
         ("nan", Traces("ERROR: Lost atoms: original 2 current 1", last_row="3,0.1,nan,-1")),
         ("nan", Traces("series.csv: x_m is nan in line 30; run the case again")),
@@ -42,6 +51,14 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
         ("disk full", Traces("[Errno 28] No space left on device: 'a'")),
         # The engine does not look whether its output was written.
         ("disk full", Traces("log.rotate holds no finished run", free_bytes=0)),
+        (
+            "wrong deck",
+            Traces(
+                "ERROR: Fix mill/guard (id guard): unknown keyword 'x'; accepted are mill, overlap",
+                "run 0",
+                runs_engine=True,
+            ),
+        ),
         ("wrong deck", Traces("ERROR: Unknown command: fx (input.cpp:1)")),
         ("wrong deck", Traces("ERROR: Never seen before", "run 0", runs_engine=True)),
         (UNKNOWN, Traces("ERROR: Never seen before", "Step Atoms KinEng", runs_engine=True)),
