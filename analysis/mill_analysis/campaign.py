@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,7 +19,9 @@ from mill_analysis.run_folder import (
     load_finished,
     missing_products,
     read_json,
+    why_missing,
 )
+from mill_analysis.untrusted import understood
 from mill_analysis.windows import common_windows
 
 Row = dict[str, Any]
@@ -72,7 +73,15 @@ class Campaign:
         return str(self.about.get("name") or self.runs.resolve().name)
 
     def results(self) -> dict[str, Any]:
-        """Content of report/results.json."""
+        """Content of report/results.json.
+
+        Raises:
+            RunFolderError: a result.json or timing.json holds something else than it should.
+        """
+        with understood(self.runs, f"find the file with: millscale verify {self.runs}"):
+            return self._results()
+
+    def _results(self) -> dict[str, Any]:
         windows = common_windows(self.single)
         return {
             "schema": SCHEMA,
@@ -104,9 +113,8 @@ def load_campaign(runs: Path) -> Campaign:
     """
     finished, missing = [], {}
     for folder in case_folders(runs):
-        absent = missing_products(folder)
-        if absent:
-            missing[folder.name] = f"no {', '.join(absent)} yet"
+        if missing_products(folder):
+            missing[folder.name] = why_missing(folder)
             continue
         try:
             finished.append(load_finished(folder))
@@ -122,7 +130,7 @@ def load_campaign(runs: Path) -> Campaign:
 def settling_time(case: FinishedCase) -> float | None:
     """Wall time of the settling stage [s], None if it left no record."""
     try:
-        return json.loads((case.folder / "settled.json").read_text())["wall_time_s"]
+        return read_json(case.folder / "settled.json", "millscale run")["wall_time_s"]
     except (OSError, ValueError, KeyError):
         return None
 

@@ -19,6 +19,7 @@ from mill_analysis.run_folder import (
 )
 from mill_analysis.series import read_series
 from mill_analysis.single_ball import single_ball_result
+from mill_analysis.untrusted import understood
 
 _RESULT_OF = {"single-ball": single_ball_result, "multi-ball": charge_result}
 
@@ -43,8 +44,9 @@ def analyse_case(folder: Path) -> dict[str, Any]:
         )
     series = read_series(folder / SERIES, kind)
     identity = {key: case[key] for key in ("id", "kind", "scheme", "policy", "S")}
-    result = {"schema": SCHEMA, **identity, **_RESULT_OF[kind](case, series)}
-    write_json(folder / RESULT, result)
+    with understood(folder / SERIES, "make case.json and series.csv again: millscale run"):
+        result = {"schema": SCHEMA, **identity, **_RESULT_OF[kind](case, series)}
+        write_json(folder / RESULT, result)
     return result
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mill_analysis.run_folder import RunFolderError
+from mill_analysis.untrusted import MOST_DUMP, RunFolderError, read_text
 
 _REMEDY = "delete it, or run the case again: millscale run FILE --runs DIR --only ID"
 
@@ -68,10 +68,7 @@ def read_dump(path: Path) -> Dump:
     Raises:
         RunFolderError: missing, cut short, no dump, or without the columns id, x, y, z, radius.
     """
-    try:
-        text = path.read_text()
-    except FileNotFoundError:
-        raise RunFolderError(path, "no such file", _REMEDY) from None
+    text = read_text(path, MOST_DUMP, _REMEDY)
     head, marker, body = text.partition("ITEM: ATOMS ")
     lines = head.splitlines()
     names_line, _, body = body.partition("\n")
@@ -87,7 +84,11 @@ def read_dump(path: Path) -> Dump:
     if missing:
         got = (marker + names_line).rstrip()
         raise RunFolderError(path, f"no column {', '.join(missing)}; got {got!r}", _REMEDY)
+    if len(set(names)) < len(names):
+        raise RunFolderError(path, "two columns have the same name", _REMEDY)
     values = _rows(path, body, count, len(names))
+    if not np.isfinite(values).all():
+        raise RunFolderError(path, "a number is not finite", _REMEDY)
     values = values[np.argsort(values[:, names.index("id")])]
     return Dump(step, {name: values[:, i] for i, name in enumerate(names)})
 

@@ -40,6 +40,8 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
     steps = list(files)[::every]
     angles = mill_angle_at(np.array(steps, float), series)
     to = folder / FOLDER
+    if to.is_symlink():
+        raise RunFolderError(to, "is a link, which may lead outside", "remove it")
     to.mkdir(exist_ok=True)
     first = first_dump(folder)
     for step, angle in zip(steps, angles, strict=True):

@@ -17,6 +17,7 @@ from mill_analysis.charge_errors import CURTAINS_OF_THE_PAPER
 from mill_analysis.comparison_figures import comparison_images
 from mill_analysis.run_folder import RunFolderError, write_json
 from mill_analysis.speed_error import model_rows
+from mill_analysis.untrusted import understood
 from mill_analysis.windows import common_windows
 
 PAGE = Path(__file__).parent / "page"
@@ -43,7 +44,8 @@ def build_report(runs: Path) -> Path:
     shutil.rmtree(part, ignore_errors=True)
     part.mkdir()
     write_json(part / RESULTS, campaign.results())
-    (part / INDEX).write_text(_page(campaign, part))
+    with understood(campaign.runs, f"find the file with: millscale verify {campaign.runs}"):
+        (part / INDEX).write_text(_page(campaign, part))
     folder = campaign.runs / REPORT
     shutil.rmtree(folder, ignore_errors=True)
     part.rename(folder)

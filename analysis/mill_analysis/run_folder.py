@@ -7,22 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-CASE, TIMING, RESULT, SERIES, LINER = (
+from mill_analysis.untrusted import MOST_JSON, RunFolderError, check_case, is_id, read_text
+
+CASE, TIMING, RESULT, SERIES, LINER, STAGE = (
     "case.json",
     "timing.json",
     "result.json",
     "series.csv",
     "liner.stl",
+    "stage.json",
 )
 SCHEMA = 1
-
-
-class RunFolderError(ValueError):
-    """A product of a run that cannot be used: which file, what is wrong, what to do next."""
-
-    def __init__(self, path: Path, cause: str, remedy: str) -> None:
-        self.path, self.cause, self.remedy = Path(path), cause, remedy
-        super().__init__(f"{path}: {cause}; {remedy}")
 
 
 @dataclass(frozen=True)
@@ -49,10 +44,10 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
         RunFolderError: missing, cut short, not an object, or of another schema.
     """
     try:
-        content = json.loads(path.read_text())
-    except FileNotFoundError:
-        raise RunFolderError(path, "no such file", f"make it with: {made_by}") from None
-    except ValueError as error:
+        content = json.loads(read_text(path, MOST_JSON, f"make it with: {made_by}"))
+    except RunFolderError:
+        raise
+    except (ValueError, RecursionError) as error:
         raise RunFolderError(
             path, f"not valid JSON ({error}), cut short?", f"delete it, then: {made_by}"
         ) from None
@@ -60,7 +55,9 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
         raise RunFolderError(path, "not a JSON object", f"delete it, then: {made_by}")
     if content.get("schema", SCHEMA) != SCHEMA:
         raise RunFolderError(
-            path, f"schema {content['schema']}, accepted {SCHEMA}", f"delete it, then: {made_by}"
+            path,
+            f"schema {content['schema']!r:.60}, accepted {SCHEMA}",
+            f"delete it, then: {made_by}",
         )
     return content
 
@@ -68,13 +65,18 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a JSON file; it appears complete or not at all. NaN is refused."""
     part = path.with_name(f"{path.name}.part")
+    # A link of that name would lead elsewhere.
+    part.unlink(missing_ok=True)
     part.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
     part.replace(path)
 
 
 def load_case(folder: Path) -> dict[str, Any]:
     """The case.json of a case folder."""
-    return read_json(folder / CASE, "millscale generate FILE --runs DIR")
+    made_by = "millscale generate FILE --runs DIR"
+    case = read_json(folder / CASE, made_by)
+    check_case(folder / CASE, case, f"make it again with: {made_by}")
+    return case
 
 
 def load_timing(folder: Path) -> dict[str, Any]:
@@ -103,16 +105,37 @@ def case_folders(runs: Path) -> list[Path]:
     if listed is None:
         found = sorted(path.parent for path in runs.glob(f"cases/*/{CASE}"))
     else:
-        ids = (entry if isinstance(entry, str) else entry["id"] for entry in listed)
+        ids = [x.get("id") if isinstance(x, dict) else x for x in _as_list(listed)]
+        wrong = [x for x in ids if not is_id(x)]
+        if wrong:
+            cause = f"cases: got {repr(wrong[0])[:60]}, not the id of a case"
+            raise RunFolderError(runs / "campaign.json", cause, remedy)
         found = [runs / "cases" / case_id for case_id in ids]
     if not found:
         raise RunFolderError(runs, "holds no cases", remedy)
     return found
 
 
+def _as_list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
 def missing_products(folder: Path) -> list[str]:
     """Products without which a case is not finished, in the order in which they are made."""
     return [name for name in (CASE, SERIES, TIMING, RESULT) if not (folder / name).exists()]
+
+
+def why_missing(folder: Path) -> str:
+    """Why a case is not finished: what its last stage failed of, or which products it has not."""
+    absent = missing_products(folder)
+    try:
+        record = read_json(folder / STAGE, "")
+    except RunFolderError:
+        record = {}
+    words = [record.get(key) for key in ("stage", "cause", "advice")]
+    if record.get("state") != "failed" or not all(isinstance(x, str) for x in words):
+        return f"no {', '.join(absent)} yet"
+    return f"{words[0]} failed: {words[1]}" + (f"; to do: {words[2]}" if words[2] else "")
 
 
 def _run(folder: Path) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mill_analysis.run_folder import RunFolderError
+from mill_analysis.untrusted import MOST_SERIES, RunFolderError, read_text
 
 Series = dict[str, np.ndarray]
 
@@ -47,10 +47,7 @@ def read_series(path: Path, kind: str) -> Series:
         RunFolderError: missing or cut short, a column missing, a value that is not finite, or
             steps that do not increase.
     """
-    try:
-        lines = path.read_text().splitlines()
-    except FileNotFoundError:
-        raise RunFolderError(path, "no such file", _REMEDY) from None
+    lines = read_text(path, MOST_SERIES, _REMEDY).splitlines()
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     missing = [name for name in REQUIRED[kind] if name not in names]
     if missing:

@@ -12,6 +12,9 @@ from liner_mesh.engine_limits import NODE_PRECISION_M
 from liner_mesh.mesh import UNKNOWN, LinerMesh, normals
 
 _BINARY_HEADER = 84
+_LARGEST_BYTES = 1 << 28
+# Corners of a mesh that are one node but differ in the last digits, on average.
+_MOST_NEAR = 50
 _BINARY_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -42,12 +45,19 @@ def read_stl(path, precision=NODE_PRECISION_M):
         LinerMesh with unknown faces (-1).
     """
     path = Path(path)
-    data = path.read_bytes()
+    with path.open("rb") as file:
+        data = file.read(_LARGEST_BYTES + 1)
+    if len(data) > _LARGEST_BYTES:
+        raise ValueError(
+            f"{path}: larger than {_LARGEST_BYTES} bytes, no liner has so many triangles"
+        )
     corners = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
     if len(corners) == 0:
         raise ValueError(f"{path}: no triangle in it")
     if not np.isfinite(corners).all():
         raise ValueError(f"{path}: coordinates must be finite numbers")
+    if _crowded(corners, precision):
+        raise ValueError(f"{path}: too many different corners closer than {precision:g} m")
     nodes, triangles = _merged(corners, precision)
     return LinerMesh(nodes, triangles, np.full(len(triangles), UNKNOWN, dtype=np.int64))
 
@@ -81,6 +91,13 @@ def _binary_corners(path, data):
         )
     records = np.frombuffer(data, _BINARY_RECORD, count, _BINARY_HEADER)
     return records["corners"].astype(float)
+
+
+def _crowded(corners, precision):
+    """Whether merging would take more memory than a mesh is worth: pairs grow with the square."""
+    exact = np.unique(corners.reshape(-1, 3), axis=0)
+    tree = cKDTree(exact)
+    return tree.count_neighbors(tree, precision, p=np.inf) > _MOST_NEAR * len(exact)
 
 
 def _merged(corners, precision):

@@ -7,8 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from mill_campaign.case import installed_version
 from mill_campaign.machine import hardware
+from mill_campaign.provenance import installed_version
 
 
 def provenance() -> dict:

@@ -6,17 +6,19 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from mill_campaign import case_sections as parts
+from mill_campaign.case_check import check_case, read_case
 from mill_campaign.config import Campaign
 from mill_campaign.cost import wall_time
 from mill_campaign.deck_terms import deck_part, statements_of, terms_of
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, models_of
 from mill_campaign.modelled import statements
+from mill_campaign.output_size import check_budget, output_bytes
+from mill_campaign.provenance import installed_version
 from mill_campaign.time_step import Step, steps_of
 from mill_campaign.wall_panels import wall_part
 
@@ -25,7 +27,6 @@ SHORT_KIND = {"single-ball": "sb", "multi-ball": "mb"}
 SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
 # Ranks of the prediction written to case.json; the plan predicts for any number.
 RANKS = 2
-LARGEST_FILE_BYTES = 1 << 20
 # Parts that inform: a case need not run again because their wording or numbers change.
 SAID = ("digest", "model", "predicted", "versions", "warnings")
 
@@ -61,14 +62,13 @@ class Case:
             CampaignError: not a case.json of this schema.
         """
         path = Path(path)
-        try:
-            with path.open("rb") as stream:
-                document = json.loads(stream.read(LARGEST_FILE_BYTES))
-        except (OSError, ValueError, RecursionError) as cause:
-            raise CampaignError(path, "", f"cannot be read: {cause}", "a case.json") from None
-        found = document.get("schema") if isinstance(document, dict) else None
+        document = read_case(path)
+        found = document.get("schema")
         if found != SCHEMA:
-            raise CampaignError(path, "schema", f"got {found}", f"{SCHEMA}; run generate again")
+            raise CampaignError(
+                path, "schema", f"got {found!r:.60}", f"{SCHEMA}; run generate again"
+            )
+        check_case(path, document)
         return Case(document)
 
 
@@ -76,7 +76,8 @@ def cases_of(campaign: Campaign) -> list[Case]:
     """The cases of a campaign: by study, policy, scheme, S and seed.
 
     Raises:
-        CampaignError: a model is impossible, or two cases would have the same id.
+        CampaignError: a model is impossible, a case would write more than the campaign's budget, or
+            two cases would have the same id.
     """
     cases = []
     for study in campaign.studies:
@@ -84,6 +85,8 @@ def cases_of(campaign: Campaign) -> list[Case]:
         for model, step in zip(models, steps_of(campaign, models), strict=True):
             seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
             cases += [_case(campaign, model, step, seed) for seed in seeds]
+    for case in cases:
+        check_budget(campaign.file, case.document, campaign.output_budget)
     seen: set[str] = set()
     for case in cases:
         if case.id in seen:
@@ -158,17 +161,10 @@ def _predicted(document: Mapping[str, Any]) -> dict[str, float | int]:
         "particle_steps": balls * steps,
         "ranks": ranks,
         "wall_time_s": wall_time(kind, balls, turned_triangles(document["wall"]), steps, ranks),
+        "output_bytes": output_bytes(document),
     }
 
 
 def turned_triangles(wall: Mapping[str, Any]) -> int:
     """Triangles the engine turns at every step: none where the wall is analytic."""
     return wall["triangles"] if wall["kind"] == "mesh" else 0
-
-
-def installed_version() -> str:
-    """Version of the installed package; "source" when run from the source tree."""
-    try:
-        return version("millscale")
-    except PackageNotFoundError:
-        return "source"

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import shlex
 import sys
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +15,9 @@ import typer
 from rich.console import Console
 
 from mill_campaign.errors import CampaignError
+from mill_campaign.failures import SILENCE, TIME_LIMIT_VARIABLE
 from mill_campaign.machine import CoreWish
+from mill_campaign.provenance import COMMAND_VARIABLE
 
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
@@ -35,7 +40,8 @@ case with a folder of its own. Lengths in m, times in s, angles in rad unless a 
 * `millscale run campaigns/quick.toml --runs runs/quick` simulates what is missing
 * `millscale report runs/quick` writes report/index.html
 
-Exit codes: 0 done; 1 a case failed; 2 wrong input; 130 interrupted, the same command goes on.
+Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input, or too little
+disk; 130 interrupted, the same command goes on. `millscale status` tells why a case failed.
 """,
 )
 
@@ -70,6 +76,12 @@ DryRun = Annotated[
 ]
 Oversubscribe = Annotated[
     bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(
+        metavar="S", min=0.1, help="Longest wall time of a stage [s]; it then ends and has failed."
+    ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
 
@@ -116,6 +128,10 @@ def run(
     only: Only = None,
     dry_run: DryRun = False,
     oversubscribe: Oversubscribe = False,
+    time_limit: TimeLimit = None,
+    ignore_disk: Annotated[
+        bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
+    ] = False,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 
@@ -129,12 +145,17 @@ def run(
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
-    from mill_campaign.run_command import dry_run_campaign, request, run_campaign
+    from mill_campaign.run_command import check_free_disk, dry_run_campaign, request, run_campaign
 
     asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe))
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return
+    if not ignore_disk:
+        check_free_disk(asked)
+    if time_limit:
+        os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:
         raise typer.Exit(0 if run_campaign(asked, _console()) else EXIT_FAILED)
     except KeyboardInterrupt:
@@ -145,22 +166,62 @@ def run(
 
 
 @app.command()
-def status(runs: RunsArgument, as_json: Json = False) -> None:
-    """Show the stage of every case, how far it is, and the last problem.
+def status(
+    runs: RunsArgument,
+    as_json: Json = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show it anew until nothing runs any more; Ctrl-C ends.")
+    ] = False,
+    every: Annotated[
+        float, typer.Option(metavar="S", min=0.1, help="Time between two looks [s], with --watch.")
+    ] = 2.0,
+    silence: Annotated[
+        float,
+        typer.Option(
+            "--silence",
+            metavar="S",
+            min=1.0,
+            help="An engine that writes nothing for so long [s] makes no progress.",
+        ),
+    ] = SILENCE,
+) -> None:
+    """Show the stage of every case, how far it is, its rate, the time left and the last problem.
 
-    Example: `millscale status runs/quick`
+    Reads files alone, from any terminal, beside a run or after it. With --json and --watch each
+    look is one line.
+
+    Example: `millscale status runs/quick --watch`
     """
-    from mill_campaign.display import status_table
-    from mill_campaign.run_command import problems
-    from mill_campaign.status import campaign_status
+    from mill_campaign.watch_status import show, watch_status
 
-    statuses = campaign_status(runs)
-    if as_json:
-        typer.echo(json.dumps([asdict(x) for x in statuses], indent=1))
+    if not watch:
+        show(runs, silence, as_json, _console())
         return
-    _console().print(status_table(statuses))
-    for line in problems(runs, statuses):
-        typer.echo(line)
+    with suppress(KeyboardInterrupt):
+        watch_status(runs, silence, as_json, every, _console())
+
+
+@app.command()
+def verify(runs: RunsArgument, as_json: Json = False) -> None:
+    """Check every file of a runs folder: products against the digests recorded when they were made,
+    case.json against the campaign, decks against this version.
+
+    Exit code 1 if anything differs. Example: `millscale verify runs/quick`
+    """
+    from mill_campaign.verify import verify as verify_folder
+
+    found = verify_folder(runs)
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=1))
+    else:
+        for difference in found.differences:
+            typer.echo(str(difference))
+        typer.echo(
+            f"{found.cases} cases, {found.files} files checked: "
+            f"{len(found.differences) or 'no'} differences"
+        )
+    if found.differences:
+        raise typer.Exit(EXIT_FAILED)
 
 
 @app.command()

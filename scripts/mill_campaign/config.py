@@ -115,7 +115,8 @@ class Campaign:
     `contacts` says who evaluates those between balls, `fast` or `stock`, `damping` whether their
     tangential damping is `bounded` or `plain`; `force` names what the
     decks have although the scene does not need it; `warnings` are what the file says that is not
-    used; `ranks` and `jobs` None leave it to the machine.
+    used; `ranks` and `jobs` None leave it to the machine; `output_budget` is the disk that a case
+    may take [bytes].
     """
 
     file: Path
@@ -135,4 +136,5 @@ class Campaign:
     studies: tuple[Study, ...]
     ranks: int | None
     jobs: int | None
+    output_budget: float
     warnings: tuple[str, ...]

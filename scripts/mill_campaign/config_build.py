@@ -55,6 +55,7 @@ def load_campaign(path: str | Path) -> Campaign:
         studies=studies,
         ranks=sections["run"]["ranks"],
         jobs=sections["run"]["jobs"],
+        output_budget=1e9 * sections["run"]["output_gb"],
         warnings=_unused(sections["liner"]),
     )
 

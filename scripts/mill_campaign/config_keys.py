@@ -222,7 +222,9 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "multi_ball": {
         **_study(step=ADVISED, sample=0.01, restart=1.0),
         "settle_s": _positive("settling before rotation, physical mill [s]", 0.8),
-        "count": Key("integer", "balls in the whole length of each model", least=1, many=True),
+        "count": Key(
+            "integer", "balls in the whole length of each model", least=1, most=10**8, many=True
+        ),
         "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),
         "porosity": Key("number", "voids of the bed, with filling", 0.4, above=0.0, most=0.9),
         "slice_length_m": _positive("length simulated instead of the scaled length [m]"),
@@ -237,6 +239,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "run": {
         "ranks": Key("integer", "MPI ranks of a multi-ball case", least=1, most=4096),
         "jobs": Key("integer", "cases at a time", least=1, most=4096),
+        "output_gb": Key("number", "disk that a case may take [GB]", 20.0, above=0.0, most=1e6),
     },
 }  # fmt: skip
 

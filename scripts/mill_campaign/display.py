@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
@@ -104,12 +104,27 @@ def _overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: 
     return f"{len(statuses)} cases: {', '.join(counts)}; {percent:.0f} %, about {left} left"
 
 
-def _view(runs: Path, cases: Sequence[Case], allocation: Allocation) -> Table:
+def _view(runs: Path, cases: Sequence[Case], allocation: Allocation) -> Group:
     statuses = _statuses(runs, cases)
+    return status_view(runs, statuses, _overall(statuses, cases, allocation))
+
+
+def status_view(runs: Path, statuses: Sequence[CaseStatus], title: str | None = None) -> Group:
+    """The table, cut to what a screen shows, and the problems below it."""
     rows = statuses
     if len(rows) > _MOST_ROWS:
         rows = [x for x in statuses if x.state in ("running", "failed")][:_MOST_ROWS]
-    return status_table(rows, _overall(statuses, cases, allocation))
+    lines = [Text(line) for line in problems(runs, rows)]
+    return Group(status_table(rows, title), *lines)
+
+
+def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
+    """Two lines per case with a problem: stage, cause and log; what to do."""
+    lines = []
+    for x in (x for x in statuses if x.problem):
+        log = runs / CASES_FOLDER / x.id / x.log
+        lines += [f"{x.id}: {x.stage} {x.state}: {x.problem}; see {log}", f"  to do: {x.advice}"]
+    return lines
 
 
 class _Paced:
@@ -132,7 +147,7 @@ class _Lines:
     ) -> None:
         self._console, self._runs, self._cases = console, runs, cases
         self._allocation = allocation
-        self._seen: dict[str, tuple[str, str]] = {}
+        self._seen: dict[str, tuple[str, ...]] = {}
         self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def __call__(self) -> None:
@@ -144,7 +159,8 @@ class _Lines:
             self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def _tell(self, status: CaseStatus) -> None:
-        now, before = (status.state, status.stage), self._seen.get(status.id)
+        now = (status.state, status.stage, status.failure)
+        before = self._seen.get(status.id)
         self._seen[status.id] = now
         # What failed or was interrupted before this run is about to be tried again.
         old = before is None and status.state in ("failed", "interrupted")
@@ -152,6 +168,8 @@ class _Lines:
             return
         what = f"{status.stage} {status.state}" if status.stage else status.state
         self._print(f"{status.id}: {what}" + (f": {status.problem}" if status.problem else ""))
+        if status.advice:
+            self._print(f"  to do: {status.advice}")
 
     def _print(self, text: str) -> None:
         stamp = time.strftime("%H:%M:%S")

@@ -13,6 +13,7 @@ _SECTION = re.compile(r"^(Pair|Neigh|Comm|Outpt|Other)\s+time \(%\) = (\S+)", re
 _CRASH = re.compile(
     r"process rank (\d+) with PID \d+ on node \S+\s+exited\s+on\s+(signal \d+ \([^)]*\))"
 )
+_LONGEST_LINE = 1000
 _NAMES = {"Pair": "pair", "Neigh": "neigh", "Comm": "comm", "Outpt": "output", "Other": "other"}
 
 
@@ -38,6 +39,12 @@ def read_log(*paths: Path) -> str:
     """Text of the logs that exist, one after the other."""
     # The engine may write bytes that are no text, behind an error.
     return "\n".join(p.read_text(errors="replace") for p in paths if p.exists())
+
+
+def engine_version(log: Path) -> str:
+    """The engine's first line: its version, when and by whom it was compiled."""
+    with log.open(errors="replace") as file:
+        return file.readline(_LONGEST_LINE).strip()
 
 
 def error_line(text: str) -> str | None:

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mill_campaign.errors import CampaignError
+from mill_campaign.folder_check import check_folder
 
 LOCK_FILE = ".millscale.lock"
 
@@ -19,7 +20,7 @@ LOCK_FILE = ".millscale.lock"
 def hold(folder: Path, wait: bool = False) -> Iterator[int]:
     """Hold the lock of a folder, made if it does not exist; yields the file descriptor.
 
-    Who finds it held gets an error, or waits.
+    Who finds it held gets an error, or waits. A folder that leads outside is refused.
 
     A child that inherits the descriptor keeps the lock until it ends too: so an engine that
     outlives its stage, or a workflow that outlives its command, still keeps others out.
@@ -29,7 +30,8 @@ def hold(folder: Path, wait: bool = False) -> Iterator[int]:
     except OSError as error:
         cause = f"cannot be made: {error.strerror}"
         raise CampaignError(folder, "", cause, "a folder you may write to") from None
-    descriptor = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT, 0o644)
+    check_folder(folder)
+    descriptor = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
     try:
         _take(descriptor, folder, wait)
         try:

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mill_campaign.case_check import check_word
+from mill_campaign.errors import CampaignError
+
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
 # The engine takes a Young's modulus [Pa] beyond these for a slip of units unless told otherwise.
@@ -73,10 +76,17 @@ def parameters_text(case: Mapping[str, Any]) -> str:
     Variables are of style string: the engine prints other styles with 15 digits, which would not
     bring a number back exactly.
     """
+    values = parameters(case)
+    for name, value in values.items():
+        # A deck can run programs: a word of case.json must not bring in a line of its own.
+        if not (name.isascii() and name.isidentifier()):
+            raise CampaignError("case.json", "deck", f"got the key {name!r:.60}", "a plain name")
+        if isinstance(value, str) or not isinstance(value, int | float):
+            check_word("case.json", name, value)
     lines = [f"# {case['id']}: values of the decks, SI units"]
     lines += [
         f"variable {name} string {value if isinstance(value, str) else repr(value)}"
-        for name, value in parameters(case).items()
+        for name, value in values.items()
     ]
     return "\n".join(lines) + "\n"
 

@@ -13,6 +13,7 @@ from mill_campaign.config import Campaign
 from mill_campaign.cost import most_ranks, wall_time
 from mill_campaign.display import duration
 from mill_campaign.machine import available_cores
+from mill_campaign.output_size import size_text
 
 Row = dict[str, Any]
 
@@ -59,6 +60,7 @@ def _row(case: Case, ranks: int) -> Row:
         "predicted_wall_time_s": wall_time(
             case.kind, ball["count"], turned_triangles(case["wall"]), steps, ranks
         ),
+        "output_bytes": case["predicted"]["output_bytes"],
         "warnings": case["warnings"],
         "model": case["model"],
     }
@@ -71,7 +73,7 @@ def render_plan(rows: list[Row]) -> Group:
     )
     table.caption = (
         "dt/T_R: step over Rayleigh time; dt/limit: over the damping limit of the bed; "
-        "dE: predicted energy ratio; time: predicted"
+        "dE: predicted energy ratio; time, disk: predicted"
     )
     for heading, _ in COLUMNS:
         table.add_column(heading, justify="left" if heading == "case" else "right", no_wrap=True)
@@ -94,6 +96,7 @@ COLUMNS = (
     ("dt/limit", lambda row: f"{row['limit_fraction']:.2f}"),
     ("steps", lambda row: f"{row['steps']:,}"),
     ("time", lambda row: duration(row["predicted_wall_time_s"])),
+    ("disk", lambda row: size_text(row["output_bytes"])),
 )
 
 
@@ -106,7 +109,8 @@ def _notes(rows: list[Row]) -> list[str]:
         ranks = some[0]["ranks"]
         on = "1 rank" if ranks == 1 else f"{ranks} ranks"
         choices = ", ".join(dict.fromkeys(row["time_step_choice"] for row in some))
-        notes.append(f"{kind}: {len(some)} cases, {total} one after the other on {on}")
+        disk = size_text(sum(row["output_bytes"] for row in some))
+        notes.append(f"{kind}: {len(some)} cases, {total} one after the other on {on}, {disk}")
         notes.append(escape(f"  time step {choices}"))
     for warning in dict.fromkeys(text for row in rows for text in row["warnings"]):
         ids = [row["id"] for row in rows if warning in row["warnings"]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,7 +50,7 @@ def last_value(path: Path, column: str) -> float:
     """The last value of a column of a series that may be growing; 0 before the first full line."""
     try:
         with path.open("rb") as file:
-            names = file.readline().decode().strip().split(",")
+            names = file.readline(_TAIL_BYTES).decode(errors="replace").strip().split(",")
             header_end = file.tell()
             file.seek(max(header_end, path.stat().st_size - _TAIL_BYTES))
             lines = file.read().decode(errors="replace").split("\n")[:-1]
@@ -58,7 +59,11 @@ def last_value(path: Path, column: str) -> float:
     rows = [row for row in (line.split(",") for line in lines) if len(row) == len(names)]
     if not rows or column not in names:
         return 0.0
-    return float(rows[-1][names.index(column)])
+    try:
+        value = float(rows[-1][names.index(column)])
+    except ValueError:
+        return 0.0
+    return value if math.isfinite(value) else 0.0
 
 
 def _last_thermo_step(log: Path) -> int:
@@ -75,9 +80,9 @@ def _steps_before(case: Case, part: Path) -> int:
     """Steps counted before the rotation began: a run from a restart file counts on."""
     settled = case["time"]["settle_steps"]
     try:
-        with (part / "series.csv").open() as file:
-            file.readline()
-            first = int(file.readline().split(",")[0])
+        with (part / "series.csv").open(errors="replace") as file:
+            file.readline(_TAIL_BYTES)
+            first = int(file.readline(_TAIL_BYTES).split(",")[0])
     except (FileNotFoundError, ValueError):
         return 0
     return settled if first >= settled else 0

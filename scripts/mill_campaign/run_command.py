@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,14 +11,15 @@ from rich.console import Console
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
 from mill_campaign.cost import most_ranks
-from mill_campaign.display import status_table, watching
+from mill_campaign.display import problems, status_table, watching
 from mill_campaign.engine_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, generate
 from mill_campaign.machine import Allocation, CoreWish, allocate
+from mill_campaign.output_size import check_disk
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
-from mill_campaign.status import CaseStatus, case_status
+from mill_campaign.status import case_status
 from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow
 
 
@@ -58,6 +58,21 @@ def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
                 "millscale run", "--only", f"no case {pattern}", f"{near}, ...; see millscale plan"
             )
     return [x for x in cases if not only or any(fnmatchcase(x.id, pattern) for pattern in only)]
+
+
+def check_free_disk(asked: Request) -> None:
+    """Refuse to run what the disk cannot hold: the cases whose engine has still to run.
+
+    Raises:
+        CampaignError: says what is needed and what is free.
+    """
+    changed = changed_cases(list(asked.cases), asked.runs)
+    done = []
+    for case in asked.cases:
+        folder = asked.runs / CASES_FOLDER / case.id
+        left = unfinished(folder, case.kind, case_changed=case.id in changed)
+        done.append(not any(stage.deck for stage, _ in left))
+    check_disk(asked.runs, [case.document for case in asked.cases], done)
 
 
 def dry_run_campaign(asked: Request) -> str:
@@ -106,14 +121,6 @@ def run_campaign(asked: Request, console: Console) -> bool:
         console.print(f"next: millscale report {asked.runs}", markup=False, highlight=False)
     elif code and not any(status.problem for status in statuses):
         log = asked.runs / WORKFLOW_LOG
-        console.print(f"workflow failed: {last_problem(asked.runs)}; see {log}", markup=False)
+        text = f"workflow failed: {last_problem(asked.runs)}; see {log}"
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
     return done
-
-
-def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
-    """A line per failed case: stage, cause, and the log that tells more."""
-    return [
-        f"{x.id}: {x.stage} failed: {x.problem}; see {runs / CASES_FOLDER / x.id / x.log}"
-        for x in statuses
-        if x.problem
-    ]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
 import psutil
 
 RECORD_FILE = "stage.json"
+STATES = ("running", "done", "failed", "interrupted")
+LARGEST_BYTES = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class StageRecord:
             the same number by its start.
         cause: why it failed, one line.
         log: file in the case folder that tells more.
+        kind, advice: what kind of failure it is, and what to do; empty unless it failed.
     """
 
     stage: str
@@ -34,6 +37,8 @@ class StageRecord:
     process_started: float
     cause: str = ""
     log: str = ""
+    kind: str = ""
+    advice: str = ""
 
     def alive(self) -> bool:
         """Whether the process that works on the stage still exists on this machine."""
@@ -60,12 +65,35 @@ def end(folder: Path, record: StageRecord, state: str, cause: str = "", log: str
 def read_record(folder: Path) -> StageRecord | None:
     """The record of a case folder; None if there is none that can be read."""
     try:
-        return StageRecord(**json.loads((folder / RECORD_FILE).read_text()))
-    except (OSError, ValueError, TypeError):
+        with (folder / RECORD_FILE).open("rb") as file:
+            record = StageRecord(**json.loads(file.read(LARGEST_BYTES)))
+    except (OSError, ValueError, TypeError, RecursionError):
         return None
+    kinds = {"str": str, "float": (int, float), "int": int}
+    fits = all(isinstance(getattr(record, x.name), kinds[x.type]) for x in fields(record))
+    if not fits or record.state not in STATES:
+        return None
+    texts = ("cause", "log", "advice")
+    return replace(record, **{name: _printable(getattr(record, name)) for name in texts})
+
+
+def _printable(text: str) -> str:
+    """Without what a terminal would obey."""
+    return "".join(x if x.isprintable() else " " for x in text)
 
 
 def _write(folder: Path, record: StageRecord) -> None:
+    text = json.dumps(asdict(record), indent=1) + "\n"
     part = folder / f"{RECORD_FILE}.part"
-    part.write_text(json.dumps(asdict(record), indent=1) + "\n")
+    try:
+        # A link of that name would lead elsewhere.
+        part.unlink(missing_ok=True)
+        part.write_text(text)
+    except OSError:
+        # A full disk still takes what fits into the block that the record has already.
+        part.unlink(missing_ok=True)
+        with (folder / RECORD_FILE).open("r+") as file:
+            file.write(text)
+            file.truncate()
+        return
     part.replace(folder / RECORD_FILE)

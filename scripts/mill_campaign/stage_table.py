@@ -13,6 +13,7 @@ CAMPAIGN_FILE = "campaign.json"
 CASES_FOLDER = "cases"
 CASE_FILE = "case.json"
 RESULT_FILE = "result.json"
+DUMP_FOLDER = "dump"
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,8 @@ from typing import Any
 from mill_campaign.decks import copy_decks
 from mill_campaign.engine_log import loop_timing, read_log
 from mill_campaign.engine_run import run_deck
-from mill_campaign.stage_table import Stage
+from mill_campaign.stage_table import DUMP_FOLDER, Stage
 from mill_campaign.timing import timing_record
-
-DUMP_FOLDER = "dump"
 
 
 @dataclass(frozen=True)

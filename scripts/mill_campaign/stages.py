@@ -7,7 +7,6 @@ so a stage that fails or is interrupted leaves none. What it prints goes to out.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shutil
 import signal
@@ -15,9 +14,11 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 
-from mill_campaign import stage_record
+from mill_campaign import failures, provenance, stage_record
+from mill_campaign.case_check import check_case, read_case
 from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
@@ -35,11 +36,13 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
         ranks: MPI ranks, for the stages that run the engine.
     """
     # Not through Case: what it needs takes longer to load than most stages take.
-    case = json.loads((folder / CASE_FILE).read_text())
+    case = read_case(folder / CASE_FILE)
+    if "schema" in case:
+        check_case(folder / CASE_FILE, case)
     stage = stage_of(case["kind"], name)
     screen = folder / f"out.{name}"
     with hold(folder) as lock:
-        record = stage_record.begin(folder, name)
+        record, kills = stage_record.begin(folder, name), failures.memory_kills()
         task = Task(stage, case, folder, folder / f"{name}.part", ranks, lock, screen)
         try:
             with _output_to(screen):
@@ -48,8 +51,10 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
             stage_record.end(folder, record, "interrupted")
             return INTERRUPTED
         except Exception as error:
-            cause = str(error) or type(error).__name__
-            stage_record.end(folder, record, "failed", cause, _log_of(folder, stage, screen))
+            failure = failures.diagnose(error, folder, name, failures.memory_kills() - kills)
+            record = replace(record, kind=failure.kind, advice=failure.advice)
+            log = _log_of(folder, stage, screen)
+            stage_record.end(folder, record, "failed", failure.cause, log)
             return 1
         stage_record.end(folder, record, "done")
     if screen.stat().st_size == 0:
@@ -64,6 +69,7 @@ def _make(task: Task) -> None:
     shutil.rmtree(task.part, ignore_errors=True)
     task.part.mkdir()
     try:
+        provenance.check_inputs(task.folder, task.stage.inputs)
         WORK[task.stage.name](task)
         missing = [x for x in task.stage.products if not (task.part / x).exists()]
         if missing:
@@ -75,8 +81,16 @@ def _make(task: Task) -> None:
         log = task.part / task.log
         if log.exists():
             log.replace(task.folder / task.log)
+    _record_provenance(task)
     _publish(task)
     shutil.rmtree(task.part)
+
+
+def _record_provenance(task: Task) -> None:
+    # A log of an earlier run would say that the engine had run.
+    log = task.folder / task.log if task.stage.deck else task.part / task.log
+    made = provenance.stage_provenance(task.folder, task.part, task.stage.inputs, log, task.ranks)
+    provenance.write_provenance(task.folder, task.part, task.stage.name, made)
 
 
 def _publish(task: Task) -> None:
@@ -122,6 +136,17 @@ def _interrupt(number: int, frame: object) -> None:
     raise KeyboardInterrupt
 
 
+def _limit_time() -> None:
+    """Let the stage fail when it has taken as long as it may."""
+    limit = float(os.environ.get(failures.TIME_LIMIT_VARIABLE, 0.0))
+
+    def too_long(number: int, frame: object) -> None:
+        raise failures.TimeLimitError(f"longer than the time limit of {limit:g} s")
+
+    signal.signal(signal.SIGALRM, too_long)
+    signal.setitimer(signal.ITIMER_REAL, limit)
+
+
 def main() -> int:
     names = sorted({stage.name for stages in STAGES.values() for stage in stages})
     parser = argparse.ArgumentParser(prog="python -m mill_campaign.stages", description=__doc__)
@@ -131,6 +156,7 @@ def main() -> int:
     options = parser.parse_args()
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ending, _interrupt)
+    _limit_time()
     with suppress(KeyboardInterrupt):
         try:
             code = run_stage(options.folder, options.stage, options.ranks)
@@ -140,6 +166,7 @@ def main() -> int:
         record = stage_record.read_record(options.folder)
         if code == 1 and record:
             print(f"{record.stage} failed: {record.cause}; see {record.log}", file=sys.stderr)
+            print(f"to do: {record.advice}", file=sys.stderr)
         return code
     return INTERRUPTED
 

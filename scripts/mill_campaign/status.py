@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import json
+import os
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.case import Case
-from mill_campaign.errors import CampaignError
+from mill_campaign.failures import ADVICE, KILLED, NO_PROGRESS, SILENCE, UNKNOWN, Failure
+from mill_campaign.generate import read_summary
 from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
 from mill_campaign.stage_table import (
-    CAMPAIGN_FILE,
     CASE_FILE,
     CASES_FOLDER,
+    DUMP_FOLDER,
     STAGES,
     Stage,
     unfinished,
 )
+
+# Lines of its log an engine may be late with before its silence counts.
+_FEW_ROWS = 5.0
 
 
 @dataclass(frozen=True)
@@ -33,7 +38,10 @@ class CaseStatus:
         simulated_s: simulated time of the steps done [s].
         particle_steps_per_s: mean since the running stage began; None if no engine runs.
         time_left_s: for the engine steps to come at that rate; None if no engine runs.
-        problem: cause of the last failure, one line, empty if there is none.
+        silent_s: since a running engine has last written anything; None if no engine runs.
+        failure: kind of the last problem, as in `failures`; empty if there is none.
+        problem: its cause, one line.
+        advice: what to do about it, one line.
         log: the file that tells more, relative to the case folder.
     """
 
@@ -49,7 +57,10 @@ class CaseStatus:
     simulated_s: float
     particle_steps_per_s: float | None
     time_left_s: float | None
+    silent_s: float | None
+    failure: str
     problem: str
+    advice: str
     log: str
 
 
@@ -59,26 +70,23 @@ def campaign_cases(runs: Path) -> list[Path]:
     Raises:
         CampaignError: the folder holds no generated campaign.
     """
-    accepted = "a folder made by `millscale generate` or `run`"
-    try:
-        ids = json.loads((runs / CAMPAIGN_FILE).read_text())["cases"]
-    except OSError:
-        raise CampaignError(runs, "", f"no {CAMPAIGN_FILE} in it", accepted) from None
-    except (ValueError, TypeError, KeyError):
-        raise CampaignError(runs / CAMPAIGN_FILE, "", "not understood", accepted) from None
-    return [runs / CASES_FOLDER / case_id for case_id in ids]
+    return [runs / CASES_FOLDER / case_id for case_id in read_summary(runs)["cases"]]
 
 
-def campaign_status(runs: Path) -> list[CaseStatus]:
-    """Status of every case of a runs folder."""
-    return [case_status(folder, Case.load(folder / CASE_FILE)) for folder in campaign_cases(runs)]
+def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
+    """Status of every case of a runs folder; `silence` as in `case_status`."""
+    return [
+        case_status(folder, Case.load(folder / CASE_FILE), silence)
+        for folder in campaign_cases(runs)
+    ]
 
 
-def case_status(folder: Path, case: Case) -> CaseStatus:
+def case_status(folder: Path, case: Case, silence: float = SILENCE) -> CaseStatus:
     """Status of one case.
 
     Args:
         folder: case folder.
+        silence: an engine that writes nothing for so long makes no progress [s].
     """
     kind, balls = case.kind, case["ball"]["count"]
     left = [stage for stage, _ in unfinished(folder, kind)]
@@ -93,7 +101,8 @@ def case_status(folder: Path, case: Case) -> CaseStatus:
     rate = None
     if state == "running" and record and now.at > record.started:
         rate = balls * now.step / (now.at - record.started)
-    failed = record if state == "failed" else None
+    silent = _silent(folder, record) if state == "running" and left[0].deck else None
+    problem = _problem(state, record, silent, max(silence, _FEW_ROWS * _row_time(case, rate)))
     return CaseStatus(
         id=case.id,
         kind=kind,
@@ -107,9 +116,43 @@ def case_status(folder: Path, case: Case) -> CaseStatus:
         simulated_s=step * case["time"]["step_s"],
         particle_steps_per_s=rate,
         time_left_s=_time_left((steps - step) * balls, rate, now),
-        problem=failed.cause if failed else "",
-        log=failed.log if failed else "",
+        silent_s=silent,
+        failure=problem.kind if problem else "",
+        problem=problem.cause if problem else "",
+        advice=problem.advice if problem else "",
+        log=(record.log or f"out.{record.stage}") if problem and record else "",
     )
+
+
+def _problem(
+    state: str, record: StageRecord | None, silent: float | None, silence: float
+) -> Failure | None:
+    """What is wrong with the stage that a record tells of."""
+    if record is None:
+        return None
+    if state == "failed":
+        return Failure(record.kind if record.kind in ADVICE else UNKNOWN, record.cause)
+    if state == "interrupted" and record.state == "running":
+        gone = "its process is gone without a word: killed, or the machine went down"
+        return Failure(KILLED, f"{KILLED}: {gone}")
+    if silent is not None and silent > silence:
+        return Failure(NO_PROGRESS, f"{NO_PROGRESS}: nothing written for {silent:.0f} s")
+    return None
+
+
+def _silent(folder: Path, record: StageRecord | None) -> float:
+    """Time since the running stage has last written into its folder [s]."""
+    part = folder / f"{record.stage}.part" if record else folder
+    times = [record.started if record else 0.0]
+    for place in (part, part / DUMP_FOLDER):
+        with suppress(OSError), os.scandir(place) as entries:
+            times += [x.stat(follow_symlinks=False).st_mtime for x in entries]
+    return max(0.0, time.time() - max(times))
+
+
+def _row_time(case: Case, rate: float | None) -> float:
+    """Wall time between two lines of the engine's log, which are rarer than rows [s]."""
+    return case["output"]["thermo_steps"] * case["ball"]["count"] / rate if rate else 0.0
 
 
 def _time_left(particle_steps: int, rate: float | None, now: Progress) -> float | None:

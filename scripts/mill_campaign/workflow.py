@@ -36,7 +36,8 @@ def snakemake_line(cases: Sequence[Case], allocation: Allocation) -> list[str]:
     ]
     options = ["--keep-going", "--nolock", "--ignore-incomplete", "--quiet", "all", "--nocolor"]
     return [
-        *(sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)),
+        # -P: a module of that name in the runs folder must not be run instead.
+        *(sys.executable, "-P", "-m", "snakemake", "--snakefile", str(SNAKEFILE)),
         *("--cores", str(allocation.cores), "--resources", f"case={allocation.jobs}"),
         *("--rerun-triggers", "mtime", "--max-checksum-file-size", "0", "--latency-wait", "0"),
         *("--scheduler", "greedy", "--profile", "none", "--workflow-profile", "none"),

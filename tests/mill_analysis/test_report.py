@@ -132,6 +132,10 @@ def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
     shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
     (copy / "cases/sb-cs-paper-S1.000/series.csv").unlink()
     (copy / "cases/sb-cg-corrected-S1.300/result.json").write_text('{"schema": 1,')
+    failed = copy / "cases/sb-cs-corrected-S1.300"
+    (failed / "timing.json").unlink()
+    record = {"stage": "rotate", "state": "failed", "cause": "lost ball: 1 <i>", "advice": "look"}
+    (failed / "stage.json").write_text(json.dumps(record))
     for figures in ("policy_figures", "ratio_figures"):
         monkeypatch.setattr(report_figures, figures, lambda *_: {})
     monkeypatch.setattr(report, "_energies", lambda _: [])
@@ -140,7 +144,9 @@ def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
     assert results["missing"]["sb-cs-paper-S1.000"] == "no series.csv yet"
     assert "cut short" in results["missing"]["sb-cg-corrected-S1.300"]
     assert results["missing"]["mb-cg-paper-S2.600"].startswith("no case.json, series.csv")
-    assert len(results["single_ball"]) == 16
+    why = "rotate failed: lost ball: 1 <i>; to do: look"
+    assert results["missing"][failed.name] == why and why in page.text
+    assert len(results["single_ball"]) == 15
     assert "sb-cs-paper-S1.000" in page.text
     # A policy without its own S = 1 is compared with another policy's: the same mill.
     ratios = [row["energy_ratio"] for row in results["single_ball"]]
@@ -150,7 +156,7 @@ def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
 def test_failed_report_leaves_the_earlier_one(built, monkeypatch):
     before = built.read_bytes()
     monkeypatch.setattr(report, "_page", lambda *_: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(RunFolderError, match="not understood: ZeroDivisionError"):
         build_report(built.parent.parent)
     assert built.read_bytes() == before
 

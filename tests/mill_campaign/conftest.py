@@ -58,7 +58,7 @@ class Millscale:
         )
 
     def line(self, command: str) -> list[str]:
-        if command in ("status", "report"):
+        if command in ("status", "report", "verify"):
             return [command, str(self.runs)]
         runs = [] if command == "plan" else ["--runs", str(self.runs)]
         return [command, str(self.file), *runs]
@@ -72,7 +72,7 @@ class Millscale:
             str(path.relative_to(self.runs)): path.stat().st_mtime_ns
             for path in self.runs.glob("cases/*/*")
             if path.suffix in (".json", ".csv", ".stl", ".vtp", ".in", ".data", ".restart")
-            and path.name != "stage.json"
+            and path.name not in ("stage.json", "provenance.json")
         }
 
 

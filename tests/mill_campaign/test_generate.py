@@ -29,7 +29,8 @@ def test_a_campaign_becomes_a_folder_per_case_and_a_list_of_them(tmp_path):
     campaign = json.loads((runs / "campaign.json").read_text())
     assert campaign["cases"] == [case.id for case in found]
     assert campaign["name"] == "campaign"
-    assert set(files(runs)) == {"campaign.json", *(f"cases/{case.id}/case.json" for case in found)}
+    cases = {f"cases/{case.id}/case.json" for case in found}
+    assert set(files(runs)) == {"campaign.json", "campaign.toml", *cases}
 
 
 def test_the_same_campaign_is_written_the_same_way_anywhere(tmp_path):
@@ -64,7 +65,7 @@ def test_a_changed_campaign_touches_only_the_cases_it_changes(tmp_path):
     after = files(runs)
     changed = {key for key in after if after[key] != before[key]}
     ids = ("mb-cg-paper-S2.600", "mb-cs-paper-S2.600")
-    assert changed == {f"cases/{name}/case.json" for name in ids}
+    assert changed == {"campaign.toml", *(f"cases/{name}/case.json" for name in ids)}
 
 
 def test_changed_cases_are_told_without_writing(tmp_path):

@@ -16,6 +16,8 @@ from mill_campaign.stage_table import stage_of
         ("step,time_s\n10,0.1\n20,0.2\n", 20.0),
         ("step,time_s\n10,0.1\n20,0", 10.0),
         ("step,time_s\n10,0.1\n2\n", 10.0),
+        ("step,time_s\nsoon,0.1\n", 0.0),
+        ("step,time_s\nnan,0.1\n", 0.0),
         ("step,time_s\n" + "".join(f"{i},0.{i:06d}\n" for i in range(5000)), 4999.0),
     ],
 )

@@ -90,7 +90,7 @@ def test_a_failed_case_is_quoted_and_does_not_stop_the_others(finished):
     without_rotation(finished, *SINGLE_BALLS, CHARGE)
     done = finished("run", STAND_IN_FAIL=SINGLE_BALLS[0])
     assert done.returncode == 1
-    assert "rotate failed: ERROR: Lost atoms: original 2 current 1" in done.stdout
+    assert "rotate failed: lost ball: ERROR: Lost atoms: original 2 current 1" in done.stdout
     failed = finished.case(SINGLE_BALLS[0])
     assert not (failed / "series.csv").exists() and not (failed / "timing.json").exists()
     assert "Lost atoms" in (failed / "log.rotate").read_text()
@@ -98,7 +98,7 @@ def test_a_failed_case_is_quoted_and_does_not_stop_the_others(finished):
         assert (finished.case(case_id) / "timing.json").exists()
     rows = {row["id"]: row for row in json.loads(finished("status", "--json").stdout)}
     assert rows[SINGLE_BALLS[0]]["state"] == "failed"
-    assert rows[SINGLE_BALLS[0]]["problem"].startswith("ERROR: Lost atoms")
+    assert rows[SINGLE_BALLS[0]]["failure"] == "lost ball"
     assert rows[SINGLE_BALLS[0]]["log"] == "log.rotate"
     assert finished("run").returncode == 0
     assert "failed" not in finished("status").stdout

@@ -30,7 +30,7 @@ def test_products_appear_only_when_the_stage_has_ended(case, monkeypatch):
     assert stages.run_stage(case, "charge") == 0
     assert (case / "charge.data").read_text() == "new"
     assert {path.name for path in case.iterdir()} == {
-        "case.json", "charge.data", "stage.json", LOCK_FILE,
+        "case.json", "charge.data", "stage.json", "provenance.json", LOCK_FILE,
     }  # fmt: skip
     assert read_record(case).state == "done" and not (case / LOCK_FILE).read_text()
 

@@ -1,0 +1,275 @@
+"""Why a stage failed and what to do about it: known kinds of failure, told by their traces.
+
+Traces are the stage's error, what engine and mpirun printed, the last row of the series, kills for
+want of memory since the stage began, and the free disk. The table `KINDS` is the one home of the
+words; `classify` knows no file.
+"""
+
+from __future__ import annotations
+
+import errno
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "time out"
+NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
+# Longest wall time of a stage [s]; `millscale run --time-limit` hands it down.
+TIME_LIMIT_VARIABLE = "MILLSCALE_TIME_LIMIT_S"
+# An engine that writes nothing for so long [s], and for the time of a few lines of its log, makes
+# no progress.
+SILENCE = 600.0
+# Below this a disk is full: no product of a stage is smaller than a block of the file system.
+LEAST_FREE_BYTES = 64 * 1024
+# No number of a series is as large, in SI units, while the simulation goes well.
+WILD = 1e15
+_TAIL_BYTES = 64 * 1024
+# Heading of the engine's table: from there on it was running, and its deck was understood.
+_RUNNING = re.compile(r"^Step Atoms ", re.M)
+_SIGNAL = re.compile(r"exited on signal (\d+)|ended by signal (\d+)")
+
+
+class TimeLimitError(RuntimeError):
+    """A stage took longer than it was allowed to."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of failure: what its traces look like, and what to do.
+
+    Attributes:
+        traces: regular expression of what was printed or said; empty if no text tells it.
+        advice: one line.
+    """
+
+    name: str
+    traces: str
+    advice: str
+
+
+# Told by their words, in this order: the first that is found. A full disk or memory makes other
+# errors follow it, and a number that is not one makes balls go astray.
+KINDS = (
+    Kind(
+        DISK_FULL,
+        r"No space left on device|Disk quota exceeded|File too large",
+        "free some disk, or take a larger dump_angle_rad or sample_angle_rad; run again",
+    ),
+    Kind(
+        MEMORY,
+        r"std::bad_alloc|Failed to (re)?allocate|Cannot allocate memory|MemoryError"
+        r"|[Oo]ut [Oo]f [Mm]emory|oom.kill|Unable to allocate",
+        "run fewer cases at a time (--jobs), a shorter slice_length_m, or ask for more memory",
+    ),
+    Kind(
+        TIME_OUT,
+        r"DUE TO TIME LIMIT|longer than the time limit",
+        "allow more time (--time-limit), or more ranks; millscale plan predicts the time",
+    ),
+    Kind(
+        NOT_A_NUMBER,
+        r"mill/guard: .*(\bnan\b|not a number|(not|no) finite|infinit)|is NaN!|[Nn]on-numeric"
+        r"|\bis (nan|-?inf) in line",
+        "take a shorter step_s, or `advised`; look at the last rows of series.csv",
+    ),
+    Kind(
+        "overlap too large",
+        r"mill/guard: .*overlap|balls of the settled bed overlap",
+        "take a shorter step_s, or a larger youngs_modulus_pa",
+    ),
+    Kind(
+        "lost ball",
+        r"[Ll]ost atoms|Out of range atoms|mill/guard: .*(left|outside|lost|faster)",
+        "take a shorter step_s; if it lasts, look where the last row or dump shows it",
+    ),
+    Kind(
+        "damaged file",
+        r"cut short|not a complete dump|[Rr]estart file|not valid JSON|two runs in one file"
+        r"|does not match its digest",
+        "delete the file named and run again: its stage makes it anew",
+    ),
+    Kind(
+        "mesh error",
+        r"liner mesh not fit|the mesh needs|mesh/surface|[Mm]esh .*(element|corrupt|quality|STL)"
+        r"|STL|duplicate elements|liner\.stl",
+        "delete liner.stl and run again; if it lasts, change wall.chord_error_m or axial_divisions",
+    ),
+    Kind(
+        WRONG_DECK,
+        r"Unknown command|Illegal |Invalid \S+ (style|command)|[Uu]nknown (fix|compute|pair|atom)"
+        r"|Substitution for|Cannot open (include|input) |expected a (value|number|whole)",
+        "delete the decks (*.in) in the case folder and run again: they are copied anew",
+    ),
+)
+# Told by something else than words.
+_MORE_KINDS = (
+    Kind(KILLED, "", "run the same command again: finished stages are kept"),
+    Kind(
+        "crash",
+        "",
+        "take a shorter step_s: a ball far outside crashes the engine; else report it with the log",
+    ),
+    Kind(NO_PROGRESS, "", "see the processes with top; end the run with Ctrl-C and start it again"),
+    Kind(UNKNOWN, "", "see the log"),
+)  # fmt: skip
+ADVICE = {kind.name: kind.advice for kind in (*KINDS, *_MORE_KINDS)}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """What went wrong: its kind, one line of cause, one of what to do."""
+
+    kind: str
+    cause: str
+
+    @property
+    def advice(self) -> str:
+        return ADVICE[self.kind]
+
+
+@dataclass(frozen=True)
+class Traces:
+    """What is left of a stage that failed.
+
+    Attributes:
+        error: the stage's error, in the engine's words where it has some.
+        printed: tail of the engine's log and of what the stage printed.
+        last_row: last line of the series.
+        memory_kills: processes killed for want of memory since the stage began.
+        free_bytes: on the disk of the case folder.
+        runs_engine: whether the stage runs the engine.
+    """
+
+    error: str
+    printed: str = ""
+    last_row: str = ""
+    memory_kills: int = 0
+    free_bytes: int = 1 << 40
+    runs_engine: bool = False
+
+
+def classify(traces: Traces) -> Failure:
+    """The failure that the traces of a stage tell of."""
+    kind, said = _kind(traces)
+    cause = " ".join(said.split())
+    return Failure(kind, cause if kind == UNKNOWN else f"{kind}: {cause}")
+
+
+def _kind(traces: Traces) -> tuple[str, str]:
+    """Kind and cause."""
+    error, printed = traces.error, traces.printed
+    found = _by_words(error)
+    number = _signal(error) or _signal(printed)
+    if found in (DISK_FULL, MEMORY, TIME_OUT):
+        return found, error
+    if traces.free_bytes < LEAST_FREE_BYTES:
+        return DISK_FULL, f"{traces.free_bytes} bytes left on the disk; {error}"
+    if traces.memory_kills > 0 and number == 9:
+        return MEMORY, f"the system killed {traces.memory_kills} processes for memory; {error}"
+    # What was printed tells more than the error only about the machine: warnings name the rest.
+    behind = _by_words(printed)
+    if behind in (DISK_FULL, MEMORY, TIME_OUT):
+        return behind, f"{_line_of(behind, printed)}; {error}"
+    wild = _wild(traces.last_row) if found in (None, "lost ball") else ""
+    if wild:
+        return NOT_A_NUMBER, f"the last row of series.csv holds {wild}; {error}"
+    if found:
+        return found, error
+    if number in (6, 7, 8, 11):
+        return "crash", error
+    if number in (1, 2, 9, 15) or "told to end by a signal" in error:
+        return KILLED, error
+    if traces.runs_engine and "ERROR" in error and not _RUNNING.search(printed):
+        return WRONG_DECK, error
+    return UNKNOWN, error
+
+
+def _by_words(text: str) -> str | None:
+    return next((kind.name for kind in KINDS if re.search(kind.traces, text)), None)
+
+
+def _line_of(kind: str, text: str) -> str:
+    traces = next(x.traces for x in KINDS if x.name == kind)
+    return next(line.strip() for line in text.splitlines() if re.search(traces, line))
+
+
+def _signal(text: str) -> int | None:
+    found = _SIGNAL.search(text)
+    return int(found[1] or found[2]) if found else None
+
+
+def _wild(row: str) -> str:
+    """The first number of a row of a series that is none or beyond all bounds; empty if none is."""
+    for word in row.split(","):
+        try:
+            if not abs(float(word)) < WILD:
+                return word.strip()
+        except ValueError:
+            continue
+    return ""
+
+
+def diagnose(error: BaseException, folder: Path, stage: str, memory_kills: int) -> Failure:
+    """The failure of a stage of a case folder.
+
+    Args:
+        error: what the stage raised.
+        stage: its name; it worked in STAGE.part.
+        memory_kills: kills for want of memory since it began.
+    """
+    log, screen = folder / f"log.{stage}", folder / f"out.{stage}"
+    return classify(
+        Traces(
+            error=_words_of(error),
+            printed=f"{tail(log)}\n{tail(screen)}",
+            last_row=_last_line(folder / f"{stage}.part" / "series.csv"),
+            memory_kills=memory_kills,
+            free_bytes=shutil.disk_usage(folder).free,
+            runs_engine=log.exists(),
+        )
+    )
+
+
+def _words_of(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.errno == errno.EDQUOT:
+        return f"Disk quota exceeded: {error.filename}"
+    words = str(error)
+    if not words or isinstance(error, MemoryError | KeyError | IndexError):
+        return f"{type(error).__name__}: {words}".removesuffix(": ")
+    return words
+
+
+def tail(path: Path) -> str:
+    """End of a text file; empty if there is none."""
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
+            return file.read(_TAIL_BYTES).decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def _last_line(path: Path) -> str:
+    lines = tail(path).splitlines()
+    return lines[-1] if len(lines) > 1 else ""
+
+
+def memory_kills() -> int:
+    """Processes killed for want of memory so far: in this control group, or on this machine."""
+    for path in (_group_events(), Path("/proc/vmstat")):
+        try:
+            words = path.read_text().split()
+            return int(words[words.index("oom_kill") + 1])
+        except (OSError, ValueError, IndexError):
+            continue
+    return 0
+
+
+def _group_events() -> Path:
+    try:
+        lines = Path("/proc/self/cgroup").read_text().splitlines()
+    except OSError:
+        lines = []
+    group = next((line[3:] for line in lines if line.startswith("0::")), "")
+    return Path(f"/sys/fs/cgroup/{group}/memory.events")

@@ -1,0 +1,202 @@
+"""provenance.json of a case folder: for each finished stage, with what it was made, and digests.
+
+Digests are SHA-256 of whole files. They are taken when a stage ends; `millscale verify` and the
+stages that read a product compare them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import shlex
+import socket
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from mill_campaign.engine_log import engine_version
+from mill_campaign.machine import hardware
+
+PROVENANCE_FILE = "provenance.json"
+SCHEMA = 1
+# Ten thousand dumps take a megabyte.
+LARGEST_BYTES = 1 << 26
+BUILD_FILE = "build.json"
+# The command line that a person typed; `millscale run` hands it down to the stages.
+COMMAND_VARIABLE = "MILLSCALE_COMMAND"
+LIBRARIES = ("numpy", "scipy", "gmsh", "psutil", "snakemake")
+_GIT_HEAD_BYTES = 4096
+
+
+class DamagedFileError(RuntimeError):
+    """A file is not what a stage made."""
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file, in hexadecimal."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:
+    """The names that are files, and the files in those that are folders; links are left out."""
+    for name in sorted(names):
+        path = folder / name
+        if path.is_symlink():
+            continue
+        if path.is_dir():
+            yield from files_of(folder, (f"{name}/{x.name}" for x in path.iterdir()))
+        elif path.is_file():
+            yield name
+
+
+def stage_provenance(
+    folder: Path, part: Path, inputs: Iterable[str], log: Path, ranks: int
+) -> dict[str, Any]:
+    """What provenance.json says of a stage that is about to publish its products.
+
+    Args:
+        folder: case folder, with the inputs.
+        part: folder with everything the stage made.
+        log: of the engine; need not exist.
+    """
+    engine = {}
+    if log.exists():
+        engine = {"engine": _engine() | {"version": engine_version(log)}, "ranks": ranks}
+    return {
+        **code(),
+        **engine,
+        "hardware": hardware(),
+        "host": socket.gethostname(),
+        "system": platform.platform(),
+        "command": os.environ.get(COMMAND_VARIABLE, ""),
+        "stage_command": shlex.join(sys.argv),
+        "ended": time.time(),
+        "inputs": {name: digest_of(folder / name) for name in files_of(folder, inputs)},
+        "products": {
+            name: digest_of(part / name)
+            for name in files_of(part, (x.name for x in part.iterdir()))
+        },
+    }
+
+
+@cache
+def code() -> dict[str, Any]:
+    """Version and commit of the Python code, the build of the compiled parts, the libraries."""
+    return {
+        "millscale": installed_version(),
+        "commit": source_commit() or (build_record() or {}).get("commit"),
+        "build": build_record(),
+        "python": platform.python_version(),
+        "libraries": dict(sorted(_libraries())),
+    }
+
+
+def installed_version() -> str:
+    """Version of the installed package; "source" when run from the source tree."""
+    try:
+        return version("millscale")
+    except PackageNotFoundError:
+        return "source"
+
+
+@cache
+def build_record() -> dict[str, Any] | None:
+    """build.json, which the build wrote; None if the compiled parts are not installed."""
+    core = find_spec("mill_core")
+    beside = [Path(core.origin).with_name(Path(__file__).parent.name)] if core else []
+    for folder in (Path(__file__).parent, *beside):
+        try:
+            return json.loads((folder / BUILD_FILE).read_text())
+        except (OSError, ValueError):
+            continue
+    return None
+
+
+def source_commit() -> str | None:
+    """Commit checked out where this file lies in its repository; None if it is installed."""
+    git = Path(__file__).parents[2] / ".git"
+    try:
+        if git.is_file():
+            git = git.parent / git.read_text()[:_GIT_HEAD_BYTES].removeprefix("gitdir:").strip()
+        head = (git / "HEAD").read_text()[:_GIT_HEAD_BYTES].strip()
+        if not head.startswith("ref:"):
+            return head
+        name = head.removeprefix("ref:").strip()
+        shared = git / "commondir"
+        places = [git, git / shared.read_text().strip()] if shared.exists() else [git]
+        loose = next((x / name for x in places if (x / name).exists()), None)
+        if loose:
+            return loose.read_text().strip()
+        packed = (places[-1] / "packed-refs").read_text().splitlines()
+        return next((line.split()[0] for line in packed if line.endswith(f" {name}")), None)
+    except OSError:
+        return None
+
+
+def _libraries() -> Iterator[tuple[str, str]]:
+    for name in LIBRARIES:
+        try:
+            yield name, version(name)
+        except PackageNotFoundError:
+            continue
+
+
+@cache
+def _engine() -> dict[str, str]:
+    from mill_campaign.engine_run import find_engine
+
+    path = find_engine()
+    return {"path": str(path), "sha256": digest_of(path)}
+
+
+def read_provenance(folder: Path) -> dict[str, Any]:
+    """Stage name -> what provenance.json says of it; empty if there is none that can be read."""
+    try:
+        with (folder / PROVENANCE_FILE).open("rb") as file:
+            content = json.loads(file.read(LARGEST_BYTES))
+        stages = content["stages"]
+        fits = content["schema"] == SCHEMA and all(_fits(x) for x in stages.values())
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return {}
+    return stages if fits else {}
+
+
+def _fits(stage: Any) -> bool:
+    """Whether digests of files inside the folder are there."""
+    parts = [stage["inputs"], stage["products"]]
+    return all(
+        isinstance(digest, str)
+        and name.isprintable()
+        and not {"", ".", ".."}.intersection(name.split("/"))
+        for part in parts
+        for name, digest in part.items()
+    )
+
+
+def check_inputs(folder: Path, inputs: Iterable[str]) -> None:
+    """Refuse inputs that are not what an earlier stage made; decks may be edited by hand.
+
+    Raises:
+        DamagedFileError: an input does not match its recorded digest.
+    """
+    for stage, made in read_provenance(folder).items():
+        for name in files_of(folder, made["products"].keys() & set(inputs)):
+            if not name.endswith(".in") and digest_of(folder / name) != made["products"][name]:
+                raise DamagedFileError(
+                    f"{name} does not match its digest: it is not the file that stage {stage} made"
+                )
+
+
+def write_provenance(folder: Path, part: Path, name: str, stage: dict[str, Any]) -> None:
+    """Write provenance.json with the record of one more stage to `part`, to be published."""
+    stages = read_provenance(folder) | {name: stage}
+    content = {"schema": SCHEMA, "stages": stages}
+    (part / PROVENANCE_FILE).write_text(json.dumps(content, indent=1) + "\n")

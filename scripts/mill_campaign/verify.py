@@ -1,0 +1,168 @@
+"""`millscale verify`: are the files of a runs folder what its campaign and its stages made?
+
+Products are compared with the digests in provenance.json, case.json with what the campaign says
+now, parameters.in and the decks with what case.json and this version make of them. Whoever can
+write into the folder can write digests too: they tell damage and mix-ups, not forgery.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from mill_campaign.case import SAID, Case, cases_of
+from mill_campaign.config_build import load_campaign
+from mill_campaign.decks import PARAMETERS_FILE, template_folder
+from mill_campaign.errors import CampaignError
+from mill_campaign.generate import CAMPAIGN_COPY, read_summary
+from mill_campaign.parameters import parameters_text
+from mill_campaign.provenance import digest_of, files_of, read_provenance
+from mill_campaign.stage_table import CASE_FILE, CASES_FOLDER, STAGES
+
+_MOST_KEYS = 3
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A file that is not what it should be; `case` is empty for files of the whole campaign."""
+
+    case: str
+    file: str
+    what: str
+
+    def __str__(self) -> str:
+        return f"{f'{self.case}/' if self.case else ''}{self.file}: {self.what}"
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What a look at a runs folder found."""
+
+    cases: int
+    files: int
+    differences: tuple[Difference, ...]
+
+
+def verify(runs: Path) -> Verified:
+    """Compare every file of a runs folder that is recorded or can be derived.
+
+    Raises:
+        CampaignError: the folder holds no generated campaign.
+    """
+    summary = read_summary(runs)
+    derived, found = _derived(runs, summary)
+    files = 0
+    for case_id in summary["cases"]:
+        folder = runs / CASES_FOLDER / case_id
+        seen = list(_case(folder, derived))
+        files += len(seen)
+        found += [x for x in seen if x.what]
+    return Verified(len(summary["cases"]), files, tuple(found))
+
+
+def _derived(
+    runs: Path, summary: Mapping[str, Any]
+) -> tuple[dict[str, Case] | None, list[Difference]]:
+    """The cases that the campaign's copy describes, by id, or why there are none."""
+    copy = runs / CAMPAIGN_COPY
+    if not copy.exists():
+        return None, [Difference("", CAMPAIGN_COPY, "missing: case.json cannot be derived anew")]
+    try:
+        campaign = replace(load_campaign(copy), name=summary["name"])
+        cases = {case.id: case for case in cases_of(campaign)}
+    except CampaignError as error:
+        return None, [Difference("", CAMPAIGN_COPY, error.cause)]
+    lost = sorted(set(cases) ^ set(summary["cases"]))
+    what = f"names other cases than campaign.json: {', '.join(lost[:_MOST_KEYS])}"
+    return cases, [Difference("", CAMPAIGN_COPY, what)] if lost else []
+
+
+def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Difference]:
+    """Every file of a case that was looked at; those in order have no `what`."""
+    case_id = folder.name
+    try:
+        case = Case.load(folder / CASE_FILE)
+    except CampaignError as error:
+        yield Difference(case_id, CASE_FILE, error.cause)
+        return
+    what = ""
+    if derived is not None and case_id in derived:
+        differing = list(differing_keys(derived[case_id].document, case.document))
+        if differing:
+            what = f"differs from the campaign in {', '.join(differing[:_MOST_KEYS])}"
+            what += f" and {len(differing) - _MOST_KEYS} more" * (len(differing) > _MOST_KEYS)
+    yield Difference(case_id, CASE_FILE, what)
+    yield from _products(folder, case)
+    yield from _decks(folder, case)
+
+
+def differing_keys(
+    derived: Mapping[str, Any], found: Mapping[str, Any], above: str = ""
+) -> Iterator[str]:
+    """Paths of the keys, such as `mill.radius_m`, that differ; what is only said is left out."""
+    for key in dict.fromkeys([*derived, *found]):
+        if not above and key in SAID:
+            continue
+        path = f"{above}{key}"
+        a, b = derived.get(key), found.get(key)
+        if key not in found or key not in derived:
+            yield f"{path} ({'missing' if key not in found else 'unknown'})"
+        elif isinstance(a, Mapping) and isinstance(b, Mapping):
+            yield from differing_keys(a, b, f"{path}.")
+        elif a != b and not (isinstance(a, tuple) and list(a) == b):
+            yield f"{path} (campaign {_short(a)}, file {_short(b)})"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _products(folder: Path, case: Case) -> Iterator[Difference]:
+    recorded = read_provenance(folder)
+    for stage in STAGES.get(case.kind, ()):
+        made = recorded.get(stage.name)
+        if made is None:
+            there = [x for x in stage.products if (folder / x).exists()]
+            if there:
+                yield Difference(folder.name, there[0], f"stage {stage.name} has no provenance")
+            continue
+        for name, digest in made["products"].items():
+            yield Difference(folder.name, name, _compared(folder, name, digest))
+        for name, digest in made["inputs"].items():
+            # Products are looked at by the stage that made them.
+            if name.endswith(".in") or name == CASE_FILE:
+                continue
+            maker = _maker(recorded, name)
+            if maker and maker != digest:
+                what = f"stage {stage.name} has read another {name}"
+                yield Difference(folder.name, stage.products[-1], what)
+
+
+def _maker(recorded: Mapping[str, Any], name: str) -> str | None:
+    """Digest of a file at the stage that made it."""
+    return next((x["products"][name] for x in recorded.values() if name in x["products"]), None)
+
+
+def _compared(folder: Path, name: str, digest: str) -> str:
+    if not any(True for _ in files_of(folder, [name])):
+        return "missing, or no regular file"
+    found = digest_of(folder / name)
+    return "" if found == digest else f"SHA-256 is {found[:12]}..., recorded {digest[:12]}..."
+
+
+def _decks(folder: Path, case: Case) -> Iterator[Difference]:
+    """Decks are programs of the engine: those edited by hand are told."""
+    templates = template_folder()
+    for name in files_of(folder, (x.name for x in folder.glob("*.in"))):
+        deck = folder / name
+        if deck.name == PARAMETERS_FILE:
+            same = deck.read_text(errors="replace") == parameters_text(case)
+            yield Difference(folder.name, deck.name, "" if same else "not what case.json says")
+            continue
+        template = templates / deck.name
+        same = template.exists() and template.read_bytes() == deck.read_bytes()
+        what = "" if same else "not the deck of this version: edited by hand, or of another version"
+        yield Difference(folder.name, deck.name, what)

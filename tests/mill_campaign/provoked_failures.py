@@ -1,0 +1,327 @@
+"""Provokes every kind of failure with the real engine and notes what millscale says of it.
+
+python tests/mill_campaign/provoked_failures.py --to docs/results/failures.json
+
+Needs the engine (MILLSCALE_ENGINE or the PATH), and for the full disk `unshare` and the right to
+mount in a name space of its own. Each failure has a copy of a small campaign for itself.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+import small_campaign
+
+from mill_bench.record import provenance
+from mill_campaign.display import problems
+from mill_campaign.engine_run import find_engine
+from mill_campaign.failures import ADVICE, TIME_LIMIT_VARIABLE, UNKNOWN
+from mill_campaign.status import campaign_status
+
+BALL, CHARGE = small_campaign.SINGLE_BALLS[0], small_campaign.CHARGE
+# A kill for want of memory needs a memory limit, which a test may not set: the system's count of
+# such kills is raised by hand instead, and the rank is killed as the system would.
+COUNTED_KILL = """
+import sys
+from itertools import count
+from pathlib import Path
+from mill_campaign import failures, stages
+failures.memory_kills = count().__next__
+sys.exit(stages.run_stage(Path(sys.argv[2]), sys.argv[1]))
+"""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Runs folder with one case that is about to fail."""
+
+    runs: Path
+    case: Path
+    stage: str
+
+    def edit(self, name: str, pattern: str, by: str) -> None:
+        """Damage a file; its date stays, or else later stages would be made anew."""
+        file = self.case / name
+        date = file.stat().st_mtime_ns
+        text, edits = re.subn(pattern, by, file.read_text(), flags=re.M)
+        assert edits, f"{name} has no {pattern}"
+        file.write_text(text)
+        os.utime(file, ns=(date, date))
+        # The engine is to see it: its digest would tell first.
+        (self.case / "provenance.json").unlink(missing_ok=True)
+
+    def set(self, variable: str, value: str) -> None:
+        self.edit(
+            "parameters.in",
+            rf"^variable {variable} string .*",
+            f"variable {variable} string {value}",
+        )
+
+    def start(self, *python: str, **more: str) -> subprocess.Popen:
+        module = python or ("-m", "mill_campaign.stages")
+        return subprocess.Popen(
+            [sys.executable, *module, self.stage, str(self.case)],
+            env={**os.environ, **more},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+
+    def run(self, **more: str) -> None:
+        self.start(**more).communicate(timeout=120)
+
+    def long(self) -> None:
+        """Make the rotation take an hour."""
+        self.set("rotation_steps", "900000000")
+
+    def engine(self, process: subprocess.Popen) -> psutil.Process:
+        """The engine's first rank, once it has written something."""
+        series = self.case / f"{self.stage}.part" / "series.csv"
+        deadline = time.monotonic() + 60.0
+        while not (series.exists() and series.stat().st_size > 1000):
+            assert time.monotonic() < deadline and process.poll() is None, process.stderr
+            time.sleep(0.05)
+        children = psutil.Process(process.pid).children(recursive=True)
+        return next(x for x in children if x.name() == find_engine().name)
+
+
+def nan(scene: Scene) -> None:
+    scene.set("youngs_modulus", "1e300")
+    scene.run()
+
+
+def beyond_all_bounds(scene: Scene) -> None:
+    scene.set("time_step", "1e-3")
+    scene.run()
+
+
+def overlap(scene: Scene) -> None:
+    scene.set("youngs_modulus", "2e4")
+    scene.set("soft_particles", "yes")
+    scene.run()
+
+
+def lost_ball(scene: Scene) -> None:
+    scene.set("youngs_modulus", "1e11")
+    scene.set("hard_particles", "yes")
+    scene.run()
+
+
+def mesh_error(scene: Scene) -> None:
+    scene.set("wall", "mesh")
+    scene.edit("liner.stl", r"\A((?:.*\n){99})(?:.*\n){5}", r"\1")
+    scene.run()
+
+
+def damaged_file(scene: Scene) -> None:
+    file = scene.case / "charge.data"
+    date = file.stat().st_mtime_ns
+    file.write_text(file.read_text()[:-100])
+    os.utime(file, ns=(date, date))
+    scene.run()
+
+
+def no_memory(scene: Scene) -> None:
+    scene.edit("charge.data", r"^.* ([xz])lo ([xz])hi", r"-60 60 \1lo \2hi")
+    wrapper = scene.runs / "engine"
+    wrapper.write_text(f'#!/bin/sh\nulimit -v 1200000\nexec {find_engine()} "$@"\n')
+    wrapper.chmod(0o755)
+    scene.run(MILLSCALE_ENGINE=str(wrapper))
+
+
+def killed_for_memory(scene: Scene) -> None:
+    scene.long()
+    process = scene.start("-c", COUNTED_KILL)
+    scene.engine(process).send_signal(signal.SIGKILL)
+    process.communicate(timeout=60)
+
+
+def disk_full(scene: Scene) -> None:
+    """The case on a file system of its own, of which 100 KiB are left."""
+    script = (
+        'set -e; mount -t tmpfs -o size=800k none "$2"; cp -a "$1"/. "$2"; '
+        "free=$(df -k --output=avail $2 | tail -1); "
+        'dd if=/dev/zero of="$2/filler" bs=1k count=$((free - 100)) status=none; '
+        '"$3" -m mill_campaign.stages rotate "$2" 2>&1 || true; '
+        'rm "$2/filler"; cp -a "$2"/stage.json "$2"/out.rotate "$1"'
+    )
+    disk = scene.runs / "disk"
+    disk.mkdir()
+    done = subprocess.run(
+        ["unshare", "-rm", "sh", "-c", script, "sh", scene.case, disk, sys.executable],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    if "unshare" in done.stderr or "mount:" in done.stderr:
+        raise PermissionError(done.stderr.strip())
+
+
+def time_out(scene: Scene) -> None:
+    scene.long()
+    scene.run(**{TIME_LIMIT_VARIABLE: "3"})
+
+
+def wrong_deck(scene: Scene) -> None:
+    scene.edit("integrate.in", "nve/sphere", "nve/spear")
+    scene.run()
+
+
+def killed_rank(scene: Scene) -> None:
+    scene.long()
+    process = scene.start()
+    scene.engine(process).send_signal(signal.SIGKILL)
+    process.communicate(timeout=60)
+
+
+def killed_stage(scene: Scene) -> None:
+    scene.long()
+    process = scene.start()
+    rank = scene.engine(process)
+    process.kill()
+    process.communicate(timeout=60)
+    _end(rank)
+
+
+def crash(scene: Scene) -> None:
+    scene.long()
+    process = scene.start()
+    scene.engine(process).send_signal(signal.SIGSEGV)
+    process.communicate(timeout=60)
+
+
+def no_progress(scene: Scene) -> None:
+    """A rank that hangs; looked at while it does, so the caller's look comes too late."""
+    scene.long()
+    process = scene.start()
+    rank = scene.engine(process)
+    rank.suspend()
+    time.sleep(2.0)
+    (scene.runs / "seen.txt").write_text("\n".join(said(scene, silence=1.0)))
+    rank.resume()
+    process.terminate()
+    process.communicate(timeout=60)
+
+
+def _end(rank: psutil.Process) -> None:
+    for x in (*rank.parents()[:1], rank):
+        if x.name() in ("mpirun", find_engine().name):
+            x.kill()
+    psutil.wait_procs([rank], timeout=30)
+
+
+@dataclass(frozen=True)
+class Provocation:
+    """How a failure is brought about, and the kind it must be taken for."""
+
+    kind: str
+    case: str
+    stage: str
+    how: str
+    act: Callable[[Scene], None]
+
+
+_STIFF = "Young's modulus of 1e11 Pa, step as before"
+_COUNTED = "rank killed by signal 9, count of kills for memory raised by hand"
+PROVOCATIONS = (
+    Provocation("nan", BALL, "rotate", "Young's modulus of 1e300 Pa", nan),
+    Provocation("nan", BALL, "rotate", "time step ten times too long", beyond_all_bounds),
+    Provocation("overlap too large", CHARGE, "settle", "Young's modulus of 2e4 Pa", overlap),
+    Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball),
+    Provocation("mesh error", BALL, "rotate", "five lines cut out of liner.stl", mesh_error),
+    Provocation("damaged file", CHARGE, "settle", "100 bytes cut off charge.data", damaged_file),
+    Provocation("out of memory", CHARGE, "settle", "box of 120 m, ulimit -v 1.2 GB", no_memory),
+    Provocation("out of memory", BALL, "rotate", _COUNTED, killed_for_memory),
+    Provocation("disk full", BALL, "rotate", "100 KiB left on a file system of its own", disk_full),
+    Provocation("time out", BALL, "rotate", "a rotation of hours, time limit 3 s", time_out),
+    Provocation("wrong deck", BALL, "rotate", "a fix that does not exist", wrong_deck),
+    Provocation("killed", BALL, "rotate", "rank killed by signal 9", killed_rank),
+    Provocation("killed", BALL, "rotate", "stage killed by signal 9", killed_stage),
+    Provocation("crash", BALL, "rotate", "rank ended by signal 11", crash),
+    Provocation("no progress", BALL, "rotate", "rank stopped, silence of 1 s allowed", no_progress),
+)
+
+
+def said(scene: Scene, silence: float = 600.0) -> list[str]:
+    """The lines of `millscale status` about the case."""
+    statuses = [x for x in campaign_status(scene.runs, silence) if x.id == scene.case.name]
+    return [line.replace(f"{scene.runs}/", "") for line in problems(scene.runs, statuses)]
+
+
+def prepared(folder: Path) -> Path:
+    """A runs folder whose cases are ready for the engine."""
+    file, runs = folder / "small.toml", folder / "ready"
+    file.write_text(small_campaign.TEXT)
+    subprocess.run(
+        [sys.executable, "-m", "mill_campaign.cli", "generate", file, "--runs", runs],
+        check=True, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    for case, stages in ((BALL, ("mesh", "deck")), (CHARGE, ("mesh", "charge", "deck"))):
+        for stage in stages:
+            line = [sys.executable, "-m", "mill_campaign.stages", stage, runs / "cases" / case]
+            subprocess.run(line, check=True)
+    return runs
+
+
+def provoke(it: Provocation, ready: Path, folder: Path) -> list[str]:
+    """What millscale says of a failure.
+
+    Args:
+        ready: as of `prepared`.
+        folder: to work in; made.
+
+    Raises:
+        PermissionError: this machine does not let it happen.
+    """
+    shutil.copytree(ready, folder)
+    scene = Scene(folder, folder / "cases" / it.case, it.stage)
+    it.act(scene)
+    seen = folder / "seen.txt"
+    return seen.read_text().splitlines() if seen.exists() else said(scene)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--to", type=Path, required=True, metavar="FILE")
+    options = parser.parse_args()
+    rows = []
+    with tempfile.TemporaryDirectory() as name:
+        ready = prepared(Path(name))
+        for number, it in enumerate(PROVOCATIONS):
+            lines = provoke(it, ready, Path(name) / f"runs-{number}")
+            recognised = bool(lines) and f": {it.kind}: " in lines[0]
+            rows.append(
+                {"kind": it.kind, "how": it.how, "recognised": recognised, "printed": lines}
+            )
+            print(
+                f"{it.kind} ({it.how}): {'recognised' if recognised else 'NOT RECOGNISED'}",
+                flush=True,
+            )
+    kinds = sorted({row["kind"] for row in rows})
+    record = {
+        "schema": 1,
+        **provenance(),
+        "command": f"python tests/mill_campaign/provoked_failures.py --to {options.to}",
+        "kinds_provoked": kinds,
+        "kinds_not_provoked": sorted(set(ADVICE) - set(kinds) - {UNKNOWN}),
+        "recognised": sum(row["recognised"] for row in rows),
+        "provoked": len(rows),
+        "failures": rows,
+    }
+    options.to.write_text(json.dumps(record, indent=1) + "\n")
+    return 0 if all(row["recognised"] for row in rows) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
