@@ -11,16 +11,18 @@ from rich.console import Console
 
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
-from mill_campaign.cost import most_ranks
+from mill_campaign.cost import Rates, learned
 from mill_campaign.display import status_table, watching
 from mill_campaign.engine_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, generate
-from mill_campaign.machine import Allocation, CoreWish, allocate
+from mill_campaign.jobs import jobs_of, write_jobs
+from mill_campaign.machine import Allocation, CoreWish, hardware
+from mill_campaign.placement import place
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
 from mill_campaign.status import CaseStatus, case_status
-from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow
+from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow, snakemake_line
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class Request:
     cases: tuple[Case, ...]
     runs: Path
     allocation: Allocation
+    rates: Rates
 
 
 def request(file: Path, runs: Path, only: list[str], cores: CoreWish) -> Request:
@@ -44,9 +47,9 @@ def request(file: Path, runs: Path, only: list[str], cores: CoreWish) -> Request
     """
     campaign = load_campaign(file)
     cases = _chosen(cases_of(campaign), only)
-    usual = CoreWish(campaign.ranks or most_ranks(cases), campaign.jobs)
-    allocation = allocate({case.kind for case in cases}, cores, usual)
-    return Request(file, tuple(cases), runs, allocation)
+    rates = learned((runs / CASES_FOLDER).glob("*"), hardware()["cpu"])
+    allocation = place(cases, cores, CoreWish(campaign.ranks, campaign.jobs), rates)
+    return Request(file, tuple(cases), runs, allocation, rates)
 
 
 def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
@@ -86,7 +89,7 @@ def dry_run_campaign(asked: Request) -> str:
 
 
 def _command(engine: str, stage: Stage, case: Case, allocation: Allocation) -> str:
-    ranks = allocation.ranks if case.kind == "multi-ball" else 1
+    ranks = allocation.ranks[case.id]
     return mpirun_text(mpirun_line(engine, stage.deck, f"log.{stage.name}", ranks))
 
 
@@ -95,8 +98,7 @@ def run_campaign(asked: Request, console: Console) -> bool:
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs)
-        with watching(console, asked.runs, asked.cases, asked.allocation) as watch:
-            code = run_workflow(asked.runs, asked.cases, asked.allocation, lock, watch)
+        code = _run_jobs(asked, console, lock)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
     console.print(status_table(statuses))
     for line in problems(asked.runs, statuses):
@@ -108,6 +110,19 @@ def run_campaign(asked: Request, console: Console) -> bool:
         log = asked.runs / WORKFLOW_LOG
         console.print(f"workflow failed: {last_problem(asked.runs)}; see {log}", markup=False)
     return done
+
+
+def _run_jobs(asked: Request, console: Console, lock: int) -> int:
+    """Run the cases that are not done; returns Snakemake's exit code, 0 if there was nothing."""
+    folders = {x.id: asked.runs / CASES_FOLDER / x.id for x in asked.cases}
+    left = [x for x in asked.cases if unfinished(folders[x.id], x.kind)]
+    jobs = jobs_of(left, asked.allocation, asked.rates)
+    if not jobs:
+        return 0
+    file = write_jobs(asked.runs, jobs).relative_to(asked.runs)
+    with watching(console, asked.runs, asked.cases, asked.allocation) as watch:
+        line = snakemake_line(file, asked.allocation)
+        return run_workflow(asked.runs, line, lock, watch)
 
 
 def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:

@@ -115,7 +115,7 @@ def _output_to(path: Path) -> Iterator[None]:
             os.close(original)
 
 
-def _interrupt(number: int, frame: object) -> None:
+def end_in_order(number: int, frame: object) -> None:
     """End in order; a second signal must not disturb the ending of the engine."""
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ending, signal.SIG_IGN)
@@ -130,7 +130,7 @@ def main() -> int:
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the engine")
     options = parser.parse_args()
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(ending, _interrupt)
+        signal.signal(ending, end_in_order)
     with suppress(KeyboardInterrupt):
         try:
             code = run_stage(options.folder, options.stage, options.ranks)
