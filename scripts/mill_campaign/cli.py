@@ -71,6 +71,15 @@ DryRun = Annotated[
 Oversubscribe = Annotated[
     bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
 ]
+Slurm = Annotated[
+    bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/slurm.md.")
+]
+Profile = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="With --slurm: folder with config.yaml of the site, as profiles/slurm."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
 
 
@@ -116,6 +125,8 @@ def run(
     only: Only = None,
     dry_run: DryRun = False,
     oversubscribe: Oversubscribe = False,
+    slurm: Slurm = False,
+    profile: Profile = None,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 
@@ -129,9 +140,10 @@ def run(
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
-    from mill_campaign.run_command import dry_run_campaign, request, run_campaign
+    from mill_campaign.run_command import Cluster, dry_run_campaign, request, run_campaign
 
-    asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe))
+    cluster = Cluster(profile) if slurm else None
+    asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe), cluster)
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return

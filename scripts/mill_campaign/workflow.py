@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -19,19 +19,30 @@ _ENDING_S = 30.0
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def snakemake_line(jobs: Path, allocation: Allocation) -> list[str]:
+def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
     """The command that runs the jobs of a file; works in the runs folder.
 
     Whether a case is done is for its products to say, whether a job is, for its mark: no trigger
     but dates, no mark of incomplete files. The runs folder has its own lock, which cannot go stale.
+
+    Args:
+        executor: options that say where, of `local_options` or `cluster.slurm_options`.
     """
     return [
         *(sys.executable, "-m", "snakemake", "--snakefile", str(SNAKEFILE)),
-        *("--cores", str(allocation.cores), "--resources", f"case={allocation.jobs}"),
-        *("--rerun-triggers", "mtime", "--max-checksum-file-size", "0", "--latency-wait", "0"),
-        *("--scheduler", "greedy", "--profile", "none", "--workflow-profile", "none"),
+        *("--rerun-triggers", "mtime", "--max-checksum-file-size", "0"),
+        *("--scheduler", "greedy", "--workflow-profile", "none"),
         *("--keep-going", "--nolock", "--ignore-incomplete", "--quiet", "all", "--nocolor"),
+        *executor,
         *("--config", f"jobs={jobs}"),
+    ]
+
+
+def local_options(allocation: Allocation) -> list[str]:
+    """Snakemake's options for this machine."""
+    return [
+        *("--cores", str(allocation.cores), "--resources", f"case={allocation.jobs}"),
+        *("--latency-wait", "0", "--profile", "none"),
     ]
 
 
