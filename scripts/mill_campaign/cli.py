@@ -94,7 +94,8 @@ def plan(file: Campaign, as_json: Json = False) -> None:
 
     rows = plan_rows(load_campaign(file))
     if as_json:
-        typer.echo(json.dumps(rows, indent=1))
+        # A line for each case: json indents slowly, and there may be ten thousand.
+        typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
         _console().print(render_plan(rows))
 

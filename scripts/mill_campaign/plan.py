@@ -16,6 +16,8 @@ from mill_campaign.machine import CoreWish, available_cores
 from mill_campaign.placement import makespan, place
 
 Row = dict[str, Any]
+# More nobody reads.
+MOST_ROWS = 500
 
 
 def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
@@ -76,9 +78,12 @@ def render_plan(rows: list[Row]) -> Group:
     )
     for heading, _ in COLUMNS:
         table.add_column(heading, justify="left" if heading == "case" else "right", no_wrap=True)
-    for row in rows:
+    for row in rows[:MOST_ROWS]:
         table.add_row(*(escape(text(row)) for _, text in COLUMNS))
-    return Group(table, "", *_notes(rows))
+    more = len(rows) - MOST_ROWS
+    return Group(
+        table, f"and {more:,} more cases: --json lists all" if more > 0 else "", *_notes(rows)
+    )
 
 
 COLUMNS = (
