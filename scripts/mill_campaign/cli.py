@@ -164,6 +164,7 @@ def status(runs: RunsArgument, as_json: Json = False) -> None:
     Example: `millscale status runs/quick`
     """
     from mill_campaign.display import status_table
+    from mill_campaign.prediction import error_line
     from mill_campaign.run_command import problems
     from mill_campaign.status import campaign_status
 
@@ -172,8 +173,9 @@ def status(runs: RunsArgument, as_json: Json = False) -> None:
         typer.echo(json.dumps([asdict(x) for x in statuses], indent=1))
         return
     _console().print(status_table(statuses))
-    for line in problems(runs, statuses):
-        typer.echo(line)
+    for line in [*problems(runs, statuses), error_line(runs)]:
+        if line:
+            typer.echo(line)
 
 
 @app.command()

@@ -12,7 +12,8 @@ from mill_campaign.errors import CampaignError
 PLUGIN = "snakemake_executor_plugin_slurm"
 # A job that was killed, or ended at its time, is queued again so often, each time with more time.
 RETRIES = 2
-_FIRST_LOOK_S = 10
+# Looks at the queue come this long after a job was sent, then ten seconds later each time [s].
+_FIRST_LOOK_S = 3
 # Files a node has written may show up late on a shared file system [s].
 _LATENCY_S = 60
 

@@ -21,6 +21,7 @@ from mill_campaign.generate import changed_cases, generate
 from mill_campaign.jobs import Job, jobs_of, write_jobs
 from mill_campaign.machine import Allocation, CoreWish, hardware
 from mill_campaign.placement import place, place_on_cluster
+from mill_campaign.prediction import error_line, record_predictions
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
 from mill_campaign.status import CaseStatus, case_status
 from mill_campaign.workflow import (
@@ -127,6 +128,8 @@ def run_campaign(asked: Request, console: Console) -> bool:
     console.print(status_table(statuses))
     for line in problems(asked.runs, statuses):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
+    if line := error_line(asked.runs):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     done = all(status.state == "done" for status in statuses)
     if done:
         console.print(f"next: millscale report {asked.runs}", markup=False, highlight=False)
@@ -143,6 +146,7 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     jobs = jobs_of(left, asked.allocation, asked.rates, asked.cluster is not None)
     if not jobs:
         return 0
+    record_predictions(asked.runs, left, asked.allocation, asked.rates)
     if asked.cluster:
         executor = slurm_options(asked.cluster.profile, asked.allocation.jobs)
         for line in _asked_of_slurm(jobs):
