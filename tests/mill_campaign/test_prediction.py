@@ -35,10 +35,11 @@ def test_predictions_are_held_against_what_the_runs_took(two):
     expected = run_time(one, one["time"]["steps"], 1)
     took(runs, one, 2.0 * expected)
     assert errors(runs)[one.id] == pytest.approx((expected, 2.0 * expected))
-    took(runs, other, run_time(other, other["time"]["steps"], 1))
+    as_expected = run_time(other, other["time"]["steps"], 1)
+    took(runs, other, as_expected)
     line = error_line(runs)
-    # Two like cases, of which one took twice as long: 2 / 3 - 1.
-    assert "rotation of 2 cases" in line and "error -33%" in line
+    error = (expected + as_expected) / (2.0 * expected + as_expected) - 1.0
+    assert "rotation of 2 cases" in line and f"error {error:+.0%}" in line
     assert f"farthest off {one.id}" in line
 
 
