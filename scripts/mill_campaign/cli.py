@@ -143,6 +143,8 @@ def run(
     """
     from mill_campaign.run_command import Cluster, dry_run_campaign, request, run_campaign
 
+    if profile and not slurm:
+        raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
     cluster = Cluster(profile) if slurm else None
     asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe), cluster)
     if dry_run:

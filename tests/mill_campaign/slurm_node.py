@@ -26,7 +26,7 @@ def missing() -> list[str]:
 
 @dataclass(frozen=True)
 class Node:
-    """A node that runs, and the environment in which its commands reach it."""
+    """A node that runs; `environment` is what a process needs beside its own to reach it."""
 
     folder: Path
     environment: dict[str, str]
@@ -34,7 +34,7 @@ class Node:
     def __call__(self, *line: str) -> str:
         """Output of one of Slurm's commands."""
         done = subprocess.run(
-            line, env=self.environment, capture_output=True, text=True, timeout=60
+            line, env={**os.environ, **self.environment}, capture_output=True, text=True, timeout=60
         )
         if done.returncode:
             raise RuntimeError(f"{' '.join(line)}: {done.stderr.strip()}")
@@ -54,7 +54,8 @@ def node(folder: Path, cores: int) -> Iterator[Node]:
     """
     folder.mkdir(mode=0o755)
     path = f"{os.environ['PATH']}:/usr/sbin:/sbin"
-    environment = {**os.environ, "PATH": path, "SLURM_CONF": str(folder / "slurm.conf")}
+    more = {"PATH": path, "SLURM_CONF": str(folder / "slurm.conf")}
+    environment = {**os.environ, **more}
     _write_files(folder, cores)
     lines = {
         "munged": [
@@ -77,7 +78,7 @@ def node(folder: Path, cores: int) -> Iterator[Node]:
                 )
             if name == "munged":
                 _wait(lambda: (folder / "munge.socket").exists(), folder)
-        started = Node(folder, environment)
+        started = Node(folder, more)
         _wait(lambda: _idle(started), folder)
         yield started
         subprocess.run(["scancel", "--user", str(os.getuid())], env=environment, timeout=30)

@@ -45,7 +45,7 @@ class OnSlurm:
     node: slurm_node.Node
 
     def start(self, *arguments, **more):
-        return self.command.start("run", "--slurm", *arguments, **self.node.environment, **more)
+        return self.command.start("run", "--slurm", *arguments, **(self.node.environment | more))
 
     def end(self, process, seconds=240):
         output, errors = process.communicate(timeout=seconds)
@@ -163,11 +163,12 @@ def test_a_job_that_slurm_requeues_goes_on(on_slurm, wait_for):
 
 @pytest.mark.validate
 @pytest.mark.engine
-def test_the_engine_runs_on_two_ranks_in_a_job(on_slurm, monkeypatch):
+def test_the_engine_runs_on_two_ranks_in_a_job(on_slurm):
     from mill_campaign.engine_run import find_engine
 
     engine = {"MILLSCALE_ENGINE": str(find_engine())}
-    code, output = on_slurm.end(on_slurm.start("--ranks", "2", "--only", CHARGE, **engine), 580)
+    process = on_slurm.start("--ranks", "2", "--only", CHARGE, **engine)
+    code, output = on_slurm.end(process, 580)
     assert code == 0, output
     timing = json.loads((on_slurm.command.case(CHARGE) / "timing.json").read_text())
     assert timing["ranks"] == 2 and timing["balls"] == 50
