@@ -1,7 +1,7 @@
 """The mesh of a liner and the quantities its checks need."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -23,10 +23,16 @@ class LinerMesh:
     triangles: np.ndarray
     faces: np.ndarray
 
-    @property
+    @cached_property
     def corners(self):
-        """Corner coordinates of the triangles, (m, 3, 3) float [m]."""
+        """Corner coordinates of the triangles, (m, 3, 3) float [m]; not to be written to."""
         return self.nodes[self.triangles]
+
+    @cached_property
+    def area_vectors(self):
+        """Normals as long as twice the areas, (m, 3) float [m^2]; not to be written to."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return _cross(b - a, c - a)
 
 
 @dataclass(frozen=True)
@@ -46,19 +52,14 @@ class SharedEdges:
 
 def normals(mesh):
     """Unit normals of the triangles, (m, 3) float; zero where a triangle has no area."""
-    cross = _doubled_area_vectors(mesh)
+    cross = mesh.area_vectors
     length = np.linalg.norm(cross, axis=1, keepdims=True)
     return np.divide(cross, length, out=np.zeros_like(cross), where=length > 0.0)
 
 
 def areas(mesh):
     """Areas of the triangles, (m,) float [m^2]."""
-    return 0.5 * np.linalg.norm(_doubled_area_vectors(mesh), axis=1)
-
-
-def _doubled_area_vectors(mesh):
-    a, b, c = (mesh.nodes[corner] for corner in mesh.triangles.T)
-    return _cross(b - a, c - a)
+    return 0.5 * np.linalg.norm(mesh.area_vectors, axis=1)
 
 
 def _cross(one, other):
@@ -71,7 +72,7 @@ def _cross(one, other):
 def smallest_angles_deg(mesh):
     """Smallest angle of each triangle, (m,) float [degrees]; 0 for a degenerate one."""
     corners = mesh.corners
-    sides = np.roll(corners, -1, axis=1) - corners
+    sides = corners[:, (1, 2, 0)] - corners
     lengths = np.linalg.norm(sides, axis=2)
     # The smallest angle lies opposite the shortest side; its sine is small and so is well resolved.
     shortest = lengths.argmin(axis=1)

@@ -131,18 +131,23 @@ def test_an_interrupted_run_takes_its_jobs_out_of_the_queue(on_slurm, wait_for):
 
 
 @pytest.mark.validate
-def test_a_job_ended_by_its_time_is_continued(on_slurm, tmp_path):
-    """Settling and rotation take 50 s each and the site allows a minute."""
+def test_a_job_ended_by_its_time_is_sent_again_with_more(on_slurm, tmp_path):
+    """Settling and rotation take 45 s each; the site gives a minute, then three.
+
+    Slurm looks at times every half minute, so 90 s do not fit into the first.
+    """
     site = tmp_path / "site"
     site.mkdir()
     rule = f"job_{CHARGE}".replace("-", "_").replace(".", "_")
-    (site / "config.yaml").write_text(f"set-resources:\n  {rule}:\n    runtime: 1\n")
-    process = on_slurm.start("--only", CHARGE, "--profile", str(site), STAND_IN_SECONDS="50")
+    runtime = '"2 * attempt - 1"'
+    (site / "config.yaml").write_text(f"set-resources:\n  {rule}:\n    runtime: {runtime}\n")
+    process = on_slurm.start("--only", CHARGE, "--profile", str(site), STAND_IN_SECONDS="45")
     code, output = on_slurm.end(process, 580)
     assert code == 0, output
     assert on_slurm.done(CHARGE)
-    states = [on_slurm.shown(x)["JobState"] for x in on_slurm.attempts()]
-    assert states == ["TIMEOUT", "COMPLETED"]
+    jobs = [on_slurm.shown(x) for x in on_slurm.attempts()]
+    assert [job["JobState"] for job in jobs] == ["TIMEOUT", "COMPLETED"]
+    assert [job["TimeLimit"] for job in jobs] == ["00:01:00", "00:03:00"]
 
 
 @pytest.mark.validate
