@@ -13,7 +13,7 @@ from mill_campaign.config import Campaign, Study
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, physical_liner
 from mill_campaign.time_step import Step
-from mill_campaign.wall_panels import chord_error, first_contact_below
+from mill_campaign.wall_panels import chord_error, resting_height, shape_of
 
 # The start of a single ball, above the liner, in ball radii: it must not overlap the mesh.
 START_GAP = 1e-3
@@ -126,8 +126,7 @@ def start_position(model: Model, ball_radius: float, error: float) -> list[float
 
     It lies on whatever panel is at the bottom: of the groove, or with another phase of a lifter.
     """
-    nodes, _ = model.liner.polygon(error)
-    z = first_contact_below(nodes, ball_radius * (1.0 + START_GAP))
+    z = resting_height(shape_of(model.liner), error, ball_radius * (1.0 + START_GAP))
     return [0.0, 0.5 * model.simulated_length, z]
 
 

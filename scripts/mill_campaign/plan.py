@@ -17,7 +17,7 @@ from mill_campaign.placement import makespan, place
 
 Row = dict[str, Any]
 # More nobody reads.
-MOST_ROWS = 500
+MOST_ROWS = 200
 
 
 def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:

@@ -21,16 +21,8 @@ def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
     Raises:
         CampaignError: the panels are too slender for the engine.
     """
-    wall, liner = campaign.wall, model.liner
+    wall, shape = campaign.wall, shape_of(model.liner)
     error = chord_error(campaign, model)
-    shape = Shape(
-        liner.radius,
-        liner.lifter_top_radius,
-        liner.lifter_top_width,
-        liner.groove_width,
-        liner.lifters,
-        liner.phase,
-    )
     try:
         triangles, curvature = _counted(shape, model.simulated_length, error, wall.axial_divisions)
     except ValueError as cause:
@@ -60,7 +52,30 @@ class Shape(NamedTuple):
     phase: float
 
 
+def shape_of(liner: mill_core.Liner) -> Shape:
+    return Shape(
+        liner.radius,
+        liner.lifter_top_radius,
+        liner.lifter_top_width,
+        liner.groove_width,
+        liner.lifters,
+        liner.phase,
+    )
+
+
 # Schemes share their liners, and large campaigns have thousands.
+@lru_cache(maxsize=1 << 16)
+def resting_height(shape: Shape, error: float, clear: float) -> float:
+    """Height at which a disc let down from the axis stops on the panels of a liner [m].
+
+    Args:
+        error: largest gap between arcs and panels [m].
+        clear: radius of the disc [m].
+    """
+    nodes, _ = mill_core.Liner(*shape).polygon(error)
+    return first_contact_below(nodes, clear)
+
+
 @lru_cache(maxsize=1 << 16)
 def _counted(shape: Shape, length: float, error: float, divisions: int) -> tuple[int, float]:
     """Number of panels of a liner and the engine's `curvature` [degrees]."""
