@@ -1,6 +1,7 @@
 """The mesh of a liner and the quantities its checks need."""
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -22,10 +23,16 @@ class LinerMesh:
     triangles: np.ndarray
     faces: np.ndarray
 
-    @property
+    @cached_property
     def corners(self):
-        """Corner coordinates of the triangles, (m, 3, 3) float [m]."""
+        """Corner coordinates of the triangles, (m, 3, 3) float [m]; not to be written to."""
         return self.nodes[self.triangles]
+
+    @cached_property
+    def area_vectors(self):
+        """Normals as long as twice the areas, (m, 3) float [m^2]; not to be written to."""
+        a, b, c = np.moveaxis(self.corners, 1, 0)
+        return _cross(b - a, c - a)
 
 
 @dataclass(frozen=True)
@@ -45,22 +52,27 @@ class SharedEdges:
 
 def normals(mesh):
     """Unit normals of the triangles, (m, 3) float; zero where a triangle has no area."""
-    a, b, c = np.moveaxis(mesh.corners, 1, 0)
-    cross = np.cross(b - a, c - a)
+    cross = mesh.area_vectors
     length = np.linalg.norm(cross, axis=1, keepdims=True)
     return np.divide(cross, length, out=np.zeros_like(cross), where=length > 0.0)
 
 
 def areas(mesh):
     """Areas of the triangles, (m,) float [m^2]."""
-    a, b, c = np.moveaxis(mesh.corners, 1, 0)
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return 0.5 * np.linalg.norm(mesh.area_vectors, axis=1)
+
+
+def _cross(one, other):
+    """Cross products of rows, (m, 3) float: numpy's own is slow on many small arrays."""
+    x, y, z = one.T
+    u, v, w = other.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
 
 
 def smallest_angles_deg(mesh):
     """Smallest angle of each triangle, (m,) float [degrees]; 0 for a degenerate one."""
     corners = mesh.corners
-    sides = np.roll(corners, -1, axis=1) - corners
+    sides = corners[:, (1, 2, 0)] - corners
     lengths = np.linalg.norm(sides, axis=2)
     # The smallest angle lies opposite the shortest side; its sine is small and so is well resolved.
     shortest = lengths.argmin(axis=1)
@@ -72,7 +84,10 @@ def smallest_angles_deg(mesh):
 
 def directed_edges(mesh):
     """Edges in their triangles' direction, (3 m, 2) int; row i belongs to triangle i mod m."""
-    t = mesh.triangles
+    return _directed(mesh.triangles)
+
+
+def _directed(t):
     return np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]])
 
 
@@ -82,13 +97,21 @@ def edge_counts(mesh):
 
 
 def shared_edges(mesh):
-    """Edges that exactly two triangles share, as SharedEdges."""
-    directed = directed_edges(mesh)
+    """Edges that exactly two triangles share, as SharedEdges; not to be written to."""
+    triangles = np.ascontiguousarray(mesh.triangles, dtype=np.int64)
+    return _shared_edges(triangles.tobytes())
+
+
+@lru_cache(maxsize=8)
+def _shared_edges(triangles):
+    """The same from the bytes of the triangles: meshes of one campaign differ in their nodes."""
+    t = np.frombuffer(triangles, dtype=np.int64).reshape(-1, 3)
+    directed = _directed(t)
     undirected = np.sort(directed, axis=1)
     order = np.lexsort((undirected[:, 1], undirected[:, 0]))
     _, first, count = np.unique(undirected[order], axis=0, return_index=True, return_counts=True)
     one, other = order[first[count == 2]], order[first[count == 2] + 1]
-    size = len(mesh.triangles)
+    size = len(t)
     return SharedEdges(
         nodes=undirected[one],
         triangles=np.stack([one % size, other % size], axis=1),
@@ -103,6 +126,6 @@ def folds_deg(mesh, edges):
     """
     n = normals(mesh)
     one, other = n[edges.triangles[:, 0]], n[edges.triangles[:, 1]]
-    sine = np.linalg.norm(np.cross(one, other), axis=1)
+    sine = np.linalg.norm(_cross(one, other), axis=1)
     cosine = np.abs(np.einsum("ij,ij->i", one, other))
     return np.degrees(np.arctan2(sine, cosine))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from mill_campaign.config import Ball
 
@@ -32,6 +31,9 @@ def draw_radii(ball: Ball, count: int, random: np.random.Generator) -> np.ndarra
     """
     if ball.radius_std == 0.0:
         return np.full(count, ball.radius)
+    # Half a second, which a plan has no need of.
+    from scipy.special import ndtr, ndtri
+
     share = (random.permutation(count) + random.uniform(0.0, 1.0, count)) / count
     below = ndtr(-ball.truncation)
     deviations = ndtri(below + (1.0 - 2.0 * below) * share)

@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 import mill_core
-import numpy as np
 
 from mill_campaign.ball_sizes import mean_volume
 from mill_campaign.charge import Room, capacity
@@ -14,7 +13,7 @@ from mill_campaign.config import Campaign, Study
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model, physical_liner
 from mill_campaign.time_step import Step
-from mill_campaign.wall_panels import chord_error, distance
+from mill_campaign.wall_panels import chord_error, resting_height, shape_of
 
 # The start of a single ball, above the liner, in ball radii: it must not overlap the mesh.
 START_GAP = 1e-3
@@ -127,15 +126,8 @@ def start_position(model: Model, ball_radius: float, error: float) -> list[float
 
     It lies on whatever panel is at the bottom: of the groove, or with another phase of a lifter.
     """
-    nodes, _ = model.liner.polygon(error)
-    clear = ball_radius * (1.0 + START_GAP)
-    low, high = -model.liner.radius, 0.0
-    # Each pass narrows the first obstacle below the axis to a hundredth.
-    for _ in range(8):
-        z = np.linspace(high, low, 101)
-        blocked = int(np.argmax(distance(nodes, np.column_stack([np.zeros_like(z), z])) < clear))
-        high, low = float(z[blocked - 1]), float(z[blocked])
-    return [0.0, 0.5 * model.simulated_length, high]
+    z = resting_height(shape_of(model.liner), error, ball_radius * (1.0 + START_GAP))
+    return [0.0, 0.5 * model.simulated_length, z]
 
 
 def ball_count(campaign: Campaign, model: Model) -> int:

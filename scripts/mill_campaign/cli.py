@@ -83,6 +83,15 @@ TimeLimit = Annotated[
         metavar="S", min=0.1, help="Longest wall time of a stage [s]; it then ends and has failed."
     ),
 ]
+Slurm = Annotated[
+    bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/slurm.md.")
+]
+Profile = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="With --slurm: folder with config.yaml of the site, as profiles/slurm."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
 
 
@@ -97,7 +106,8 @@ def plan(file: Campaign, as_json: Json = False) -> None:
 
     rows = plan_rows(load_campaign(file))
     if as_json:
-        typer.echo(json.dumps(rows, indent=1))
+        # A line for each case: json indents slowly, and there may be ten thousand.
+        typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
         _console().print(render_plan(rows))
 
@@ -132,6 +142,8 @@ def run(
     ignore_disk: Annotated[
         bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
     ] = False,
+    slurm: Slurm = False,
+    profile: Profile = None,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 
@@ -145,9 +157,18 @@ def run(
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
-    from mill_campaign.run_command import check_free_disk, dry_run_campaign, request, run_campaign
+    from mill_campaign.run_command import (
+        Cluster,
+        check_free_disk,
+        dry_run_campaign,
+        request,
+        run_campaign,
+    )
 
-    asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe))
+    if profile and not slurm:
+        raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
+    cluster = Cluster(profile) if slurm else None
+    asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe), cluster)
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return

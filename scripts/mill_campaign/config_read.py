@@ -14,7 +14,7 @@ from mill_campaign.units import split_unit
 
 # A campaign is a page of text; more than this is some other file.
 LARGEST_FILE_BYTES = 1 << 20
-LONGEST_LIST = 1000
+LONGEST_LIST = 10_000
 SHOWN_CHARACTERS = 60
 
 Section = Mapping[str, Any]
@@ -102,10 +102,11 @@ def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
     fewest = 0 if key.default == () else 1
     if not fewest <= len(items) <= LONGEST_LIST:
         raise CampaignError(
-            path, where, f"a list of {len(items)} values", f"{fewest} to {LONGEST_LIST} values"
+            path, where, f"a list of {len(items)} values", f"{fewest} to {LONGEST_LIST:,} values"
         )
     read = tuple(_read_one(path, where, key, item) for item in items)
-    repeated = next((item for i, item in enumerate(read) if item in read[:i]), None)
+    first = {item: i for i, item in reversed(list(enumerate(read)))}
+    repeated = next((item for i, item in enumerate(read) if first[item] < i), None)
     # Two models may well hold the same number of balls.
     if repeated is not None and not where.endswith(".count"):
         raise CampaignError(path, where, f"{_shown(repeated)} is given twice", "different values")

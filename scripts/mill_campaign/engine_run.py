@@ -114,7 +114,9 @@ def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: P
 
 
 def engine_environment() -> dict[str, str]:
-    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    # A job of Slurm is one node: what MPI would read there is about steps, and differs by site.
+    own = {k: v for k, v in os.environ.items() if not k.startswith(("SLURM_", "PMI_", "PMIX_"))}
+    environment = {**own, "OMP_NUM_THREADS": "1"}
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return environment

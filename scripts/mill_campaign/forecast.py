@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from mill_campaign.case import Case
 from mill_campaign.machine import Allocation
+from mill_campaign.placement import makespan
 from mill_campaign.status import CaseStatus
 
 
@@ -15,27 +16,21 @@ def time_left(
     """Wall time until the last case is done [s].
 
     A running case goes on at its rate. One that waits goes at the mean rate of those of its kind
-    that run, or else as case.json predicts. Kinds run one after the other.
+    that run, or else as case.json predicts. Cases share the cores as they will.
 
     Args:
         cases: case by id.
     """
     waiting = [x for x in statuses if x.state not in ("done", "failed")]
-    side_by_side = {
-        "single-ball": allocation.jobs,
-        "multi-ball": max(1, min(allocation.jobs, allocation.cores // allocation.ranks)),
-    }
-    total = 0.0
-    for kind, places in side_by_side.items():
+    loads = []
+    for kind in dict.fromkeys(x.kind for x in waiting):
         of_kind = [x for x in waiting if x.kind == kind]
         rates = [x.particle_steps_per_s for x in of_kind if x.particle_steps_per_s]
         mean = sum(rates) / len(rates) if rates else None
-        left = []
         for x in of_kind:
             rate = x.particle_steps_per_s or mean or _predicted(cases[x.id])
-            left.append((x.steps - x.step) * x.balls / rate)
-        total += max(sum(left) / places, max(left)) if left else 0.0
-    return total
+            loads.append(((x.steps - x.step) * x.balls / rate, allocation.ranks[x.id]))
+    return makespan(loads, allocation.cores, allocation.jobs)
 
 
 def _predicted(case: Case) -> float:

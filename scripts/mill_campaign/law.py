@@ -87,16 +87,18 @@ def models_of(campaign: Campaign, study: Study) -> list[Model]:
     the first policy asked for), and is the reference of all of them.
     """
     policies = sorted(study.policies, key=POLICIES.index)
+    ordered = sorted((S, index) for index, S in enumerate(study.ratios))
     models = []
     for policy in policies:
         for scheme in sorted(study.schemes, key=SCHEMES.index):
-            for S in sorted(study.ratios):
+            for S, index in ordered:
                 if S > 1.0 or policy == policies[0]:
-                    models.append(_model(campaign, study, scheme, policy, S))
+                    models.append(_model(campaign, study, scheme, policy, index))
     return models
 
 
-def _model(campaign: Campaign, study: Study, scheme: str, policy: str, S: float) -> Model:
+def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: int) -> Model:
+    S = study.ratios[index]
     time_factor = _time_factor(campaign, S) if scheme == "froude" else 0.0
     physical = physical_liner(campaign)
     try:
@@ -120,7 +122,7 @@ def _model(campaign: Campaign, study: Study, scheme: str, policy: str, S: float)
     stiffness_factor = mill_core.factor(scaled.base, 2, 0, -2) if matched else 1.0
     return Model(
         study=study,
-        index=study.ratios.index(S),
+        index=index,
         scheme=scheme,
         policy=policy,
         S=S,

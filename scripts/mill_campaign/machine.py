@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,12 +29,12 @@ class Allocation:
     """How the cores are shared.
 
     Attributes:
-        ranks: MPI ranks of a multi-ball case; a single ball runs on one.
+        ranks: MPI ranks by case id; a single ball runs on one.
         jobs: the most cases that run at a time.
         cores: the most cores in use at a time.
     """
 
-    ranks: int
+    ranks: Mapping[str, int]
     jobs: int
     cores: int
 
@@ -67,25 +68,20 @@ def _cpu_model() -> str:
     return entries.get("model name") or entries.get("Model") or "unknown"
 
 
-def allocate(kinds: set[str], asked: CoreWish, usual: CoreWish = CoreWish()) -> Allocation:
-    """Share the cores; what nobody asked for fills the machine.
-
-    Cases of a single ball go side by side; a multi-ball case takes all cores that `jobs` leaves it.
+def allowed(asked: CoreWish, cores: int, charges: bool) -> int:
+    """Cores that are asked for in so many words, 1 if none are.
 
     Args:
-        kinds: the kinds of the cases to run.
-        asked: must be met.
-        usual: stands for what is not asked for, as far as the machine allows.
+        charges: whether there are multi-ball cases; single balls run on one rank.
 
     Raises:
-        CampaignError: more cores are asked for than there are, without `oversubscribe`.
+        CampaignError: not a number of cores, or more than there are without `oversubscribe`.
     """
-    cores = available_cores()
     given = {"--ranks": asked.ranks, "--jobs": asked.jobs}
     for option, value in given.items():
         if value is not None and value < 1:
             raise CampaignError("millscale run", option, f"got {value}", "a whole number >= 1")
-    wanted = (asked.jobs or 1) * ((asked.ranks or 1) if "multi-ball" in kinds else 1)
+    wanted = (asked.jobs or 1) * ((asked.ranks or 1) if charges else 1)
     if wanted > cores and not asked.oversubscribe:
         raise CampaignError(
             "millscale run",
@@ -93,6 +89,4 @@ def allocate(kinds: set[str], asked: CoreWish, usual: CoreWish = CoreWish()) -> 
             f"needs {wanted} cores, this machine offers {cores}",
             f"at most {cores} in all, or --oversubscribe, which is slower",
         )
-    free = max(1, cores // (asked.jobs or 1))
-    ranks = asked.ranks or min(usual.ranks or free, free)
-    return Allocation(ranks, asked.jobs or min(usual.jobs or cores, cores), max(cores, wanted))
+    return wanted

@@ -8,31 +8,36 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
-from mill_campaign.case import Case, cases_of, turned_triangles
+from mill_campaign.case import Case, cases_of
 from mill_campaign.config import Campaign
-from mill_campaign.cost import most_ranks, wall_time
+from mill_campaign.cost import wall_time
 from mill_campaign.display import duration
-from mill_campaign.machine import available_cores
+from mill_campaign.machine import CoreWish, available_cores
 from mill_campaign.output_size import size_text
+from mill_campaign.placement import makespan, place
 
 Row = dict[str, Any]
+# More nobody reads.
+MOST_ROWS = 200
 
 
 def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
     """One row for each case; SI units, the unit at the end of each key.
 
     Args:
-        ranks: MPI ranks to predict multi-ball cases for; if None the campaign's [run] ranks, or
-            what this machine offers and the charges can be cut into.
+        ranks: MPI ranks to predict multi-ball cases for, on any machine; if None what `millscale
+            run` would take on this one.
     """
     cases = cases_of(campaign)
-    ranks = ranks or campaign.ranks or min(available_cores(), most_ranks(cases))
-    return [_row(case, ranks) for case in cases]
+    if ranks:
+        return [_row(case, ranks if case.kind == "multi-ball" else 1) for case in cases]
+    usual = CoreWish(campaign.ranks, campaign.jobs)
+    chosen = place(cases, CoreWish(), usual).ranks
+    return [_row(case, chosen[case.id]) for case in cases]
 
 
 def _row(case: Case, ranks: int) -> Row:
     mill, time, ball = case["mill"], case["time"], case["ball"]
-    ranks = 1 if case.kind == "single-ball" else ranks
     steps = time["settle_steps"] + time["steps"]
     same_in_mill = (
         "radius_m", "lifter_top_radius_m", "lifter_top_width_m", "groove_width_m", "length_m",
@@ -57,9 +62,7 @@ def _row(case: Case, ranks: int) -> Row:
         "groups": case["groups"],
         "particle_steps": ball["count"] * steps,
         "ranks": ranks,
-        "predicted_wall_time_s": wall_time(
-            case.kind, ball["count"], turned_triangles(case["wall"]), steps, ranks
-        ),
+        "predicted_wall_time_s": wall_time(case, ranks),
         "output_bytes": case["predicted"]["output_bytes"],
         "warnings": case["warnings"],
         "model": case["model"],
@@ -77,9 +80,12 @@ def render_plan(rows: list[Row]) -> Group:
     )
     for heading, _ in COLUMNS:
         table.add_column(heading, justify="left" if heading == "case" else "right", no_wrap=True)
-    for row in rows:
+    for row in rows[:MOST_ROWS]:
         table.add_row(*(escape(text(row)) for _, text in COLUMNS))
-    return Group(table, "", *_notes(rows))
+    more = len(rows) - MOST_ROWS
+    return Group(
+        table, f"and {more:,} more cases: --json lists all" if more > 0 else "", *_notes(rows)
+    )
 
 
 COLUMNS = (
@@ -95,6 +101,7 @@ COLUMNS = (
     ("dt/T_R", lambda row: f"{row['rayleigh_fraction']:.3f}"),
     ("dt/limit", lambda row: f"{row['limit_fraction']:.2f}"),
     ("steps", lambda row: f"{row['steps']:,}"),
+    ("ranks", lambda row: str(row["ranks"])),
     ("time", lambda row: duration(row["predicted_wall_time_s"])),
     ("disk", lambda row: size_text(row["output_bytes"])),
 )
@@ -106,14 +113,21 @@ def _notes(rows: list[Row]) -> list[str]:
     for kind in dict.fromkeys(row["kind"] for row in rows):
         some = [row for row in rows if row["kind"] == kind]
         total = duration(sum(row["predicted_wall_time_s"] for row in some))
-        ranks = some[0]["ranks"]
-        on = "1 rank" if ranks == 1 else f"{ranks} ranks"
+        widths = sorted({row["ranks"] for row in some})
+        on = f", on {' or '.join(map(str, widths))} ranks" if widths != [1] else ""
         choices = ", ".join(dict.fromkeys(row["time_step_choice"] for row in some))
         disk = size_text(sum(row["output_bytes"] for row in some))
-        notes.append(f"{kind}: {len(some)} cases, {total} one after the other on {on}, {disk}")
+        notes.append(f"{kind}: {len(some)} cases, {total} one after the other{on}, {disk}")
         notes.append(escape(f"  time step {choices}"))
-    for warning in dict.fromkeys(text for row in rows for text in row["warnings"]):
-        ids = [row["id"] for row in rows if warning in row["warnings"]]
+    loads = [(row["predicted_wall_time_s"], row["ranks"]) for row in rows]
+    cores = available_cores()
+    together = duration(makespan(loads, cores, cores))
+    notes.append(f"together about {together} on the {cores} cores of this machine")
+    warned: dict[str, list[str]] = {}
+    for row in rows:
+        for text in row["warnings"]:
+            warned.setdefault(text, []).append(row["id"])
+    for warning, ids in warned.items():
         more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
         notes.append(f"[yellow]warning[/yellow] {escape(f'{ids[0]}{more}: {warning}')}")
     for side, title in (("in", "modelled"), ("out", "left out")):

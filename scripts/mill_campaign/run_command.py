@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -9,18 +10,30 @@ from pathlib import Path
 from rich.console import Console
 
 from mill_campaign.case import Case, cases_of
+from mill_campaign.cluster import check_profile, node_cores, slurm_options
 from mill_campaign.config_build import load_campaign
-from mill_campaign.cost import most_ranks
-from mill_campaign.display import problems, status_table, watching
+from mill_campaign.cost import Rates, learned
+from mill_campaign.display import duration, problems, status_table, watching
 from mill_campaign.engine_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, generate
-from mill_campaign.machine import Allocation, CoreWish, allocate
+from mill_campaign.jobs import Job, jobs_of, write_jobs
+from mill_campaign.machine import Allocation, CoreWish, hardware
 from mill_campaign.output_size import check_disk
+from mill_campaign.placement import place, place_on_cluster
+from mill_campaign.prediction import error_line, record_predictions
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
 from mill_campaign.status import case_status
-from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow
+from mill_campaign.workflow import (
+    WORKFLOW_LOG,
+    last_problem,
+    local_options,
+    run_workflow,
+    snakemake_line,
+)
+
+_MOST_JOBS_TOLD = 20
 
 
 @dataclass(frozen=True)
@@ -31,9 +44,20 @@ class Request:
     cases: tuple[Case, ...]
     runs: Path
     allocation: Allocation
+    rates: Rates
+    cluster: Cluster | None = None
 
 
-def request(file: Path, runs: Path, only: list[str], cores: CoreWish) -> Request:
+@dataclass(frozen=True)
+class Cluster:
+    """Slurm instead of this machine; `profile` a folder with the site's config.yaml, or None."""
+
+    profile: Path | None = None
+
+
+def request(
+    file: Path, runs: Path, only: list[str], cores: CoreWish, cluster: Cluster | None = None
+) -> Request:
     """Check everything that can be wrong before anything is written.
 
     Args:
@@ -44,9 +68,14 @@ def request(file: Path, runs: Path, only: list[str], cores: CoreWish) -> Request
     """
     campaign = load_campaign(file)
     cases = _chosen(cases_of(campaign), only)
-    usual = CoreWish(campaign.ranks or most_ranks(cases), campaign.jobs)
-    allocation = allocate({case.kind for case in cases}, cores, usual)
-    return Request(file, tuple(cases), runs, allocation)
+    rates = learned((runs / CASES_FOLDER).glob("*"), hardware()["cpu"])
+    usual = CoreWish(campaign.ranks, campaign.jobs)
+    if cluster:
+        check_profile(cluster.profile)
+        allocation = place_on_cluster(cases, cores, usual, node_cores())
+    else:
+        allocation = place(cases, cores, usual, rates)
+    return Request(file, tuple(cases), runs, allocation, rates, cluster)
 
 
 def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
@@ -101,7 +130,7 @@ def dry_run_campaign(asked: Request) -> str:
 
 
 def _command(engine: str, stage: Stage, case: Case, allocation: Allocation) -> str:
-    ranks = allocation.ranks if case.kind == "multi-ball" else 1
+    ranks = allocation.ranks[case.id]
     return mpirun_text(mpirun_line(engine, stage.deck, f"log.{stage.name}", ranks))
 
 
@@ -110,11 +139,12 @@ def run_campaign(asked: Request, console: Console) -> bool:
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs)
-        with watching(console, asked.runs, asked.cases, asked.allocation) as watch:
-            code = run_workflow(asked.runs, asked.cases, asked.allocation, lock, watch)
+        code = _run_jobs(asked, console, lock)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
     console.print(status_table(statuses))
     for line in problems(asked.runs, statuses):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    if line := error_line(asked.runs):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     done = all(status.state == "done" for status in statuses)
     if done:
@@ -124,3 +154,34 @@ def run_campaign(asked: Request, console: Console) -> bool:
         text = f"workflow failed: {last_problem(asked.runs)}; see {log}"
         console.print(text, markup=False, highlight=False, soft_wrap=True)
     return done
+
+
+def _run_jobs(asked: Request, console: Console, lock: int) -> int:
+    """Run the cases that are not done; returns Snakemake's exit code, 0 if there was nothing."""
+    folders = {x.id: asked.runs / CASES_FOLDER / x.id for x in asked.cases}
+    left = [x for x in asked.cases if unfinished(folders[x.id], x.kind)]
+    jobs = jobs_of(left, asked.allocation, asked.rates, asked.cluster is not None)
+    if not jobs:
+        return 0
+    record_predictions(asked.runs, left, asked.allocation, asked.rates)
+    if asked.cluster:
+        executor = slurm_options(asked.cluster.profile, asked.allocation.jobs)
+        for line in _asked_of_slurm(jobs):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+    else:
+        executor = local_options(asked.allocation)
+    file = write_jobs(asked.runs, jobs).relative_to(asked.runs)
+    with watching(console, asked.runs, asked.cases, asked.allocation) as watch:
+        line = snakemake_line(file, executor)
+        return run_workflow(asked.runs, line, lock, watch)
+
+
+def _asked_of_slurm(jobs: Sequence[Job]) -> list[str]:
+    """A line per job, of many jobs the first ones: time, cores and memory asked for."""
+    lines = [
+        f"Slurm: {job.name}: {job.minutes} min asked, {duration(job.time_s)} predicted, "
+        f"{job.ranks} cores, {job.memory_mb} MB"
+        for job in jobs[:_MOST_JOBS_TOLD]
+    ]
+    more = len(jobs) - len(lines)
+    return [*lines, f"Slurm: and {more} shorter jobs"] if more else lines

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import time
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -27,6 +28,7 @@ class StageRecord:
         cause: why it failed, one line.
         log: file in the case folder that tells more.
         kind, advice: what kind of failure it is, and what to do; empty unless it failed.
+        host: machine of the process.
     """
 
     stage: str
@@ -39,9 +41,13 @@ class StageRecord:
     log: str = ""
     kind: str = ""
     advice: str = ""
+    host: str = ""
 
     def alive(self) -> bool:
-        """Whether the process that works on the stage still exists on this machine."""
+        """Whether the process that works on the stage still exists; of another machine's, none
+        can tell from here, and it counts as alive."""
+        if self.host and self.host != socket.gethostname():
+            return True
         try:
             return psutil.Process(self.process).create_time() == self.process_started
         except psutil.Error:
@@ -51,7 +57,15 @@ class StageRecord:
 def begin(folder: Path, stage: str) -> StageRecord:
     """Record that this process works on a stage from now on."""
     process = psutil.Process()
-    record = StageRecord(stage, "running", time.time(), 0.0, os.getpid(), process.create_time())
+    record = StageRecord(
+        stage,
+        "running",
+        started=time.time(),
+        ended=0.0,
+        process=os.getpid(),
+        process_started=process.create_time(),
+        host=socket.gethostname(),
+    )
     _write(folder, record)
     return record
 

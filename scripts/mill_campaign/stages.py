@@ -129,15 +129,15 @@ def _output_to(path: Path) -> Iterator[None]:
             os.close(original)
 
 
-def _interrupt(number: int, frame: object) -> None:
+def end_in_order(number: int, frame: object) -> None:
     """End in order; a second signal must not disturb the ending of the engine."""
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ending, signal.SIG_IGN)
     raise KeyboardInterrupt
 
 
-def _limit_time() -> None:
-    """Let the stage fail when it has taken as long as it may."""
+def limit_time() -> None:
+    """Let the stage that begins now fail when it has taken as long as it may."""
     limit = float(os.environ.get(failures.TIME_LIMIT_VARIABLE, 0.0))
 
     def too_long(number: int, frame: object) -> None:
@@ -155,8 +155,8 @@ def main() -> int:
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the engine")
     options = parser.parse_args()
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(ending, _interrupt)
-    _limit_time()
+        signal.signal(ending, end_in_order)
+    limit_time()
     with suppress(KeyboardInterrupt):
         try:
             code = run_stage(options.folder, options.stage, options.ranks)

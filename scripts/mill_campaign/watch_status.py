@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.live import Live
 
 from mill_campaign.display import problems, status_table, status_view
+from mill_campaign.prediction import error_line
 from mill_campaign.status import CaseStatus, campaign_status
 
 
@@ -26,8 +27,9 @@ def show(runs: Path, silence: float, as_json: bool, console: Console) -> None:
         print(json.dumps([asdict(x) for x in statuses], indent=1))
         return
     console.print(status_table(statuses))
-    for line in problems(runs, statuses):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    for line in [*problems(runs, statuses), error_line(runs)]:
+        if line:
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def watch_status(runs: Path, silence: float, as_json: bool, every: float, console: Console) -> None:

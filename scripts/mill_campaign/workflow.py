@@ -1,4 +1,4 @@
-"""Runs the stages of cases with Snakemake, in a runs folder."""
+"""Runs the jobs of a campaign with Snakemake, in a runs folder."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mill_campaign.case import Case
 from mill_campaign.machine import Allocation
-from mill_campaign.stage_table import CASES_FOLDER, STAGES
 
 SNAKEFILE = Path(__file__).with_name("Snakefile")
 WORKFLOW_LOG = "log.workflow"
@@ -21,51 +19,53 @@ _ENDING_S = 30.0
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def snakemake_line(cases: Sequence[Case], allocation: Allocation) -> list[str]:
-    """The command that brings cases to their results; works in the runs folder.
+def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
+    """The command that runs the jobs of a file; works in the runs folder.
 
-    Products decide alone: no trigger but their dates, and no mark of incomplete files, as a stage
-    renames its products into place. Every product is a target: Snakemake would not miss one that
-    only finished stages need. The runs folder has its own lock, which cannot go stale.
+    Whether a case is done is for its products to say, whether a job is, for its mark: no trigger
+    but dates, no mark of incomplete files. The runs folder has its own lock, which cannot go stale.
+
+    Args:
+        executor: options that say where, of `local_options` or `cluster.slurm_options`.
     """
-    targets = [
-        f"{CASES_FOLDER}/{case.id}/{product}"
-        for case in cases
-        for stage in STAGES[case.kind]
-        for product in stage.products
-    ]
-    options = ["--keep-going", "--nolock", "--ignore-incomplete", "--quiet", "all", "--nocolor"]
     return [
         # -P: a module of that name in the runs folder must not be run instead.
         *(sys.executable, "-P", "-m", "snakemake", "--snakefile", str(SNAKEFILE)),
+        *("--rerun-triggers", "mtime", "--max-checksum-file-size", "0"),
+        *("--scheduler", "greedy", "--workflow-profile", "none"),
+        *("--keep-going", "--nolock", "--ignore-incomplete", "--quiet", "all", "--nocolor"),
+        *executor,
+        *("--config", f"jobs={jobs}"),
+    ]
+
+
+def local_options(allocation: Allocation) -> list[str]:
+    """Snakemake's options for this machine."""
+    return [
         *("--cores", str(allocation.cores), "--resources", f"case={allocation.jobs}"),
-        *("--rerun-triggers", "mtime", "--max-checksum-file-size", "0", "--latency-wait", "0"),
-        *("--scheduler", "greedy", "--profile", "none", "--workflow-profile", "none"),
-        *("--config", f"ranks={allocation.ranks}"),
-        *options,
-        *("--", *targets),
+        *("--latency-wait", "0", "--profile", "none"),
     ]
 
 
 def run_workflow(
     runs: Path,
-    cases: Sequence[Case],
-    allocation: Allocation,
+    line: list[str],
     lock: int,
     watch: Callable[[], None],
 ) -> int:
-    """Run what is missing of the cases; returns Snakemake's exit code.
+    """Run Snakemake in a runs folder; returns its exit code.
 
     Ctrl-C ends the engines and returns when they are gone, by KeyboardInterrupt.
 
     Args:
+        line: of `snakemake_line`.
         lock: descriptor of the lock of `runs`; the workflow inherits it.
         watch: called about once a second.
     """
     with (runs / WORKFLOW_LOG).open("wb") as log, _interruptible():
         # A session of its own: Ctrl-C reaches this process, which then ends the others in order.
         process = subprocess.Popen(
-            snakemake_line(cases, allocation),
+            line,
             cwd=runs,
             env={**os.environ, "PYTHONUNBUFFERED": "1"},
             stdin=subprocess.DEVNULL,

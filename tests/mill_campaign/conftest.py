@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,3 +102,17 @@ def finished(finished_once, tmp_path):
     """A copy of a finished run, dates included."""
     shutil.copytree(finished_once.runs, tmp_path / "runs", symlinks=True)
     return small(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def wait_for():
+    """Waits until a function gives something true, and returns it."""
+
+    def wait(condition, seconds=60.0):
+        deadline = time.monotonic() + seconds
+        while not (found := condition()):
+            assert time.monotonic() < deadline, "waited in vain"
+            time.sleep(0.1)
+        return found
+
+    return wait

@@ -41,12 +41,21 @@ def test_dry_run_sees_which_cases_a_campaign_edit_changes(finished):
         (("--ranks", "0"), "--ranks: got 0; accepted: a whole number >= 1"),
         (("--jobs", "-1"), "--jobs: got -1; accepted: a whole number >= 1"),
         (("--ranks", "99999"), "needs 99999 cores, this machine offers"),
+        (("--profile", "."), "--profile: without --slurm"),
+        (("--slurm", "--profile", "nowhere"), "--profile: no config.yaml in nowhere"),
     ],
 )
 def test_wrong_run_options_are_one_line_and_leave_nothing(millscale, arguments, cause):
     done = millscale("run", *arguments)
     assert done.returncode == 2 and done.stdout == ""
     assert cause in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not millscale.runs.exists()
+
+
+def test_a_machine_without_slurm_says_what_is_missing(millscale):
+    done = millscale("run", "--slurm", PATH="")
+    assert done.returncode == 2 and "millscale run: --slurm: " in done.stderr
+    assert "no sbatch on the PATH" in done.stderr or "millscale[slurm]" in done.stderr
     assert not millscale.runs.exists()
 
 

@@ -26,7 +26,8 @@ CASES = {name: {"predicted": {"particle_steps": 1000, "wall_time_s": 20.0}} for 
 
 
 def left(*statuses, ranks=2, jobs=2, cores=2):
-    return time_left(statuses, CASES, Allocation(ranks, jobs, cores))
+    widths = {x.id: ranks if x.kind == "multi-ball" else 1 for x in statuses}
+    return time_left(statuses, CASES, Allocation(widths, jobs, cores))
 
 
 def test_a_case_that_waits_goes_as_predicted():

@@ -14,13 +14,6 @@ def products(kind):
     return {product for stage in STAGES[kind] for product in stage.products}
 
 
-def wait_for(condition, seconds=60.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
-        time.sleep(0.1)
-
-
 def test_a_run_leaves_every_product_and_no_part(finished):
     for case_id, kind in ((SINGLE_BALLS[0], "single-ball"), (CHARGE, "multi-ball")):
         names = {path.name for path in finished.case(case_id).iterdir()}
@@ -105,7 +98,7 @@ def test_a_failed_case_is_quoted_and_does_not_stop_the_others(finished):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_ends_its_engines_and_resumes(finished, number):
+def test_an_interrupted_run_ends_its_engines_and_resumes(finished, wait_for, number):
     case = finished.case(SINGLE_BALLS[0])
     series = case / "rotate.part" / "series.csv"
     process = without_rotation(finished, SINGLE_BALLS[0]).start("run", STAND_IN_SECONDS="60")
@@ -127,7 +120,7 @@ def test_an_interrupted_run_ends_its_engines_and_resumes(finished, number):
     assert (case / "liner.stl").stat().st_mtime_ns == mesh
 
 
-def test_progress_of_a_running_case_shows_in_the_status(finished):
+def test_progress_of_a_running_case_shows_in_the_status(finished, wait_for):
     series = finished.case(SINGLE_BALLS[0]) / "rotate.part" / "series.csv"
     process = without_rotation(finished, SINGLE_BALLS[0]).start("run", STAND_IN_SECONDS="60")
     try:

@@ -7,7 +7,7 @@ from paper_campaign import MULTI_BALL, cases
 
 from liner_mesh import build_liner_mesh, curvature_deg, lint
 from mill_campaign.charge import liner_of
-from mill_campaign.wall_panels import distance, panels_of
+from mill_campaign.wall_panels import distance, first_contact_below, panels_of
 
 
 @pytest.mark.parametrize("divisions", [1, 3])
@@ -49,3 +49,21 @@ def test_distance_from_a_square_is_that_of_sides_and_corners():
     square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     points = np.array([[0.0, 0.0], [0.5, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 1.0]])
     assert distance(square, points) == pytest.approx([1.0, 0.5, 1.0, math.sqrt(2.0), 0.0])
+
+
+@pytest.mark.parametrize("phase_deg", [0.0, 1.7, 3.6, 7.2, 11.0])
+@pytest.mark.parametrize("S", [1.0, 2.6, 40.0])
+def test_the_first_contact_below_is_where_a_disc_let_down_stops(phase_deg, S):
+    liner = mill_core.Liner(3.9, 3.61, 0.25, 0.635, 25, math.radians(phase_deg)).scaled(S)
+    nodes, _ = liner.polygon(5e-4 / S)
+    z = first_contact_below(nodes, 0.02)
+    # The whole way down is free, and at its end the disc touches, to rounding of the mill's size.
+    way = np.linspace(0.0, z, 2001)
+    gaps = distance(nodes, np.column_stack([np.zeros_like(way), way]))
+    assert gaps[:-1].min() > 0.02 - 1e-12
+    assert gaps[-1] == pytest.approx(0.02, abs=1e-12)
+
+
+def test_nothing_below_is_an_error():
+    with pytest.raises(ValueError, match="no part of the polygon"):
+        first_contact_below(np.array([[-1.0, 1.0], [1.0, 1.0], [0.0, 2.0]]), 0.02)

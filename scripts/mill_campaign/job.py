@@ -1,0 +1,125 @@
+"""Brings the cases of a job to their results: `python -m mill_campaign.job JOBS_FILE JOB`.
+
+Works in a runs folder. Cases run one after the other, each in a child process that is split off
+after everything has been loaded: a case costs no start of Python, and one that takes its process
+with it leaves the others alone. Stages that are done are not done again, so a job may be ended at
+any time and started anew.
+
+Exit codes: 0 every case has its result, or its failure in stage.json; 1 some were not brought to
+either; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from mill_campaign.case_check import read_case
+from mill_campaign.errors import CampaignError
+from mill_campaign.jobs import job_named, read_jobs
+from mill_campaign.stage_table import CASE_FILE, CASES_FOLDER, unfinished
+from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
+
+_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+FAILED = 1
+
+
+def bring(folder: Path, ranks: int) -> int:
+    """Run the stages a case still needs; returns the code of the last.
+
+    Args:
+        folder: case folder.
+        ranks: MPI ranks, for the stages that run the engine.
+    """
+    kind = read_case(folder / CASE_FILE)["kind"]
+    for stage, _ in unfinished(folder, kind):
+        limit_time()
+        code = run_stage(folder, stage.name, ranks)
+        if code:
+            return code
+    return 0
+
+
+def run_job(folders: list[Path], ranks: int) -> int:
+    """Run the cases of a job; returns the exit code of the module's docstring."""
+    if len(folders) > 1:
+        _load()
+    lost = False
+    for folder in folders:
+        code = _in_child(lambda folder=folder: bring(folder, ranks))
+        if code == INTERRUPTED:
+            return INTERRUPTED
+        if code not in (0, FAILED):
+            print(f"{folder.name}: its process ended with {code}", file=sys.stderr)
+            lost = True
+    return 1 if lost else 0
+
+
+def _load() -> None:
+    """Load what the stages use, once for all cases."""
+    import mill_analysis
+
+    for module in ("charge", "parameters", "wall_panels"):
+        importlib.import_module(f"mill_campaign.{module}")
+    # Loads the module behind it.
+    _ = mill_analysis.analyse_case
+
+
+def _in_child(work: Callable[[], int]) -> int:
+    """Do work in a child process; returns its code, or minus the signal that ended it."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    child = os.fork()
+    if child == 0:
+        os._exit(_guarded(work))
+    interrupted = False
+
+    def hand_on(number: int, frame: object) -> None:
+        nonlocal interrupted
+        interrupted = True
+        os.kill(child, signal.SIGTERM)
+
+    before = {number: signal.signal(number, hand_on) for number in _ENDINGS}
+    try:
+        _, status = os.waitpid(child, 0)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return INTERRUPTED if interrupted else os.waitstatus_to_exitcode(status)
+
+
+def _guarded(work: Callable[[], int]) -> int:
+    """The child's side: whatever happens ends in a code."""
+    for number in _ENDINGS:
+        signal.signal(number, end_in_order)
+    try:
+        return work()
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except CampaignError as error:
+        print(f"error: {error}", file=sys.stderr)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    return 2
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m mill_campaign.job", description=__doc__)
+    parser.add_argument("file", type=Path, help="DIR/.jobs/<run>/jobs.json")
+    parser.add_argument("job", help="name of a job in it")
+    options = parser.parse_args()
+    job = job_named(read_jobs(options.file), options.job)
+    return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

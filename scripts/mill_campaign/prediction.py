@@ -1,0 +1,76 @@
+"""predicted.json of a runs folder: what rotations were expected to take, against timing.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from mill_campaign.case import Case
+from mill_campaign.cost import Rates, run_time
+from mill_campaign.display import duration
+from mill_campaign.machine import Allocation
+from mill_campaign.stage_table import CASES_FOLDER
+
+PREDICTED_FILE = "predicted.json"
+
+
+def record_predictions(
+    runs: Path, cases: Sequence[Case], allocation: Allocation, rates: Rates
+) -> None:
+    """Add to predicted.json what the cases about to run are expected to take."""
+    ranks = allocation.ranks
+    entries = {
+        x.id: {
+            "ranks": ranks[x.id],
+            "steps": x["time"]["steps"],
+            "wall_time_s": run_time(x, x["time"]["steps"], ranks[x.id], rates),
+        }
+        for x in cases
+    }
+    part = runs / f"{PREDICTED_FILE}.part"
+    part.write_text(json.dumps(_read(runs) | entries, indent=1) + "\n")
+    part.replace(runs / PREDICTED_FILE)
+
+
+def errors(runs: Path) -> dict[str, tuple[float, float]]:
+    """Predicted and measured wall time of the rotations that are done [s], by case id.
+
+    A run that went on from a restart file timed part of the steps, and counts in proportion.
+    """
+    pairs = {}
+    for case_id, entry in _read(runs).items():
+        try:
+            timing = json.loads((runs / CASES_FOLDER / case_id / "timing.json").read_text())
+            measured = timing["wall_time_s"] * entry["steps"] / timing["steps"]
+            predicted = float(entry["wall_time_s"])
+        except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError):
+            continue
+        if predicted > 0.0 and 0.0 < measured < math.inf:
+            pairs[case_id] = predicted, measured
+    return pairs
+
+
+def error_line(runs: Path) -> str:
+    """The error of the predictions in a line; empty if nothing can be compared."""
+    pairs = errors(runs)
+    if not pairs:
+        return ""
+    predicted = sum(x for x, _ in pairs.values())
+    measured = sum(x for _, x in pairs.values())
+    farthest = max(pairs, key=lambda x: abs(math.log(pairs[x][0] / pairs[x][1])))
+    one, other = pairs[farthest]
+    return (
+        f"rotation of {len(pairs)} cases: {duration(predicted)} predicted, {duration(measured)} "
+        f"taken, error {predicted / measured - 1.0:+.0%}; farthest off {farthest}: "
+        f"{duration(one)} predicted, {duration(other)} taken"
+    )
+
+
+def _read(runs: Path) -> dict:
+    try:
+        content = json.loads((runs / PREDICTED_FILE).read_text())
+    except (OSError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
