@@ -1,0 +1,41 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill / restart, FixMillRestart)
+
+#else
+
+#ifndef LMP_FIX_MILL_RESTART_H
+#define LMP_FIX_MILL_RESTART_H
+
+#include <string>
+#include <vector>
+
+#include "fix.h"
+
+namespace LAMMPS_NS {
+
+/// Vouches for every restart file the engine writes: looks whether it is all there, signs it with
+/// its last line (docs/files.md, restart files), and hands it to the disk. Sorts the balls at the
+/// steps of restart files, as a run that goes on from one does, so that both add up forces in the
+/// same order. No arguments.
+class FixMillRestart : public Fix {
+ public:
+  FixMillRestart(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void pre_exchange() override;
+  void write_restart_file(char*) override;
+
+ private:
+  struct Cost {
+    double loop_time = 0.0, processor_time = 0.0;  ///< [s]
+  };
+
+  Cost cost() const;
+  std::string sign(const std::string& file, const std::vector<int>& chunks, const Cost&) const;
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,77 @@
+"""Whether what the engine wrote while it ran is all there, up to a step."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from mill_campaign.restart_file import NotWholeError
+
+SERIES = "series.csv"
+DUMP_FOLDER = "dump"
+_DUMP = re.compile(r"\.(\d+)\.liggghts$")
+_DUMP_HEADER_LINES = 9
+_BLOCK_BYTES = 1 << 20
+
+
+def check_output(part: Path, first: int, step: int) -> None:
+    """Look at series.csv, if there is one, and the dumps of the steps after `first` up to `step`.
+
+    A full disk takes rows and parts of dumps without an error of the engine.
+
+    Raises:
+        NotWholeError: a row or a part of a dump is missing.
+    """
+    if (part / SERIES).exists():
+        series_length(part / SERIES, first, step)
+    for path in sorted((part / DUMP_FOLDER).glob("*.liggghts")):
+        match = _DUMP.search(path.name)
+        if match and int(match[1]) <= step and not _dump_is_whole(path):
+            raise NotWholeError(f"{DUMP_FOLDER}/{path.name} is not whole")
+
+
+def series_length(path: Path, first: int, step: int) -> int:
+    """Bytes of a series from its begin to its last row up to `step`.
+
+    Args:
+        first: step at which the run began, before the first row.
+
+    Raises:
+        NotWholeError: a row is missing or cut on the way.
+    """
+    end, before, every = 0, first, 0
+    for row, end_of_row in _rows(path, step):
+        # Rows are at multiples of a number of steps, so the first may come earlier.
+        if row <= before or (every and row - before != every):
+            raise NotWholeError(f"{path.name} has a gap or a repetition after step {before}")
+        every = row - before if before != first else 0
+        before, end = row, end_of_row
+    if before == first or (every and step - before >= every):
+        raise NotWholeError(f"{path.name} ends at step {before}, before step {step}")
+    return end
+
+
+def _rows(path: Path, last: int) -> Iterator[tuple[int, int]]:
+    """Step of each whole row up to `last`, and where in the file the row ends; the header first
+    counts as no row."""
+    with path.open("rb") as file:
+        header = file.readline()
+        columns, end = header.count(b","), len(header)
+        for line in file:
+            end += len(line)
+            name = line.split(b",", 1)[0]
+            if not (line.endswith(b"\n") and line.count(b",") == columns and name.isdigit()):
+                continue
+            if int(name) > last:
+                return
+            yield int(name), end
+
+
+def _dump_is_whole(path: Path) -> bool:
+    """As many lines as its header says there are balls."""
+    with path.open("rb") as file:
+        header = [file.readline().strip() for _ in range(4)]
+        file.seek(0)
+        lines = sum(block.count(b"\n") for block in iter(lambda: file.read(_BLOCK_BYTES), b""))
+    return header[3].isdigit() and lines == _DUMP_HEADER_LINES + int(header[3])
