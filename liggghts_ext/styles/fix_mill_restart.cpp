@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -12,6 +13,7 @@
 #include "atom_vec.h"
 #include "comm.h"
 #include "error.h"
+#include "modify.h"
 #include "output.h"
 #include "restart_signature.h"
 #include "timer.h"
@@ -23,7 +25,8 @@ using namespace FixConst;
 FixMillRestart::FixMillRestart(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
 {
   if (narg != 3) error->fix_error(FLERR, this, "takes no arguments");
-  restart_file = 1;  // the engine calls write_restart_file() when it has closed one
+  restart_global = 1;  // the engine calls write_restart() before it writes what belongs to balls
+  restart_file = 1;    // and write_restart_file() when it has closed the file
 }
 
 int FixMillRestart::setmask()
@@ -38,18 +41,30 @@ void FixMillRestart::pre_exchange()
     atom->nextsort = update->ntimestep;
 }
 
+/// The engine's contact history holds the tangential memories as they were when the neighbour list
+/// was made. At the step of a file that is before the forces: without this they are a step old.
+void FixMillRestart::write_restart(FILE* file)
+{
+  for (int i = 0; i < modify->nfix; ++i)
+    if (std::strcmp(modify->fix[i]->style, "contacthistory") == 0)
+      modify->fix[i]->setup_pre_exchange();
+  const int bytes = 0;  // no state of its own
+  if (comm->me == 0) fwrite(&bytes, sizeof bytes, 1, file);
+}
+
 void FixMillRestart::write_restart_file(char* file)
 {
   const int mine = atom->avec->size_restart();
   std::vector<int> chunks(comm->me == 0 ? static_cast<std::size_t>(comm->nprocs) : 0);
   MPI_Gather(&mine, 1, MPI_INT, chunks.data(), 1, MPI_INT, 0, world);
   const Cost so_far = cost();
-  // One rank alone tells of the error: it ends the others too.
-  if (comm->me != 0) return;
-  const std::string problem = sign(file, chunks, so_far);
-  if (problem.empty()) return;
+  const std::string problem = comm->me == 0 ? sign(file, chunks, so_far) : "";
+  // All ranks together: the engine does not empty its buffers when one ends all.
+  int failed = !problem.empty();
+  MPI_Bcast(&failed, 1, MPI_INT, 0, world);
+  if (!failed) return;
   const std::string message = "restart file '" + std::string(file) + "' " + problem;
-  error->one(FLERR, message.c_str());
+  error->all(FLERR, message.c_str());
 }
 
 /// Of this run command's loop, and of all ranks since they began; complete on rank 0 only.

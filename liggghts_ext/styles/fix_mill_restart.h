@@ -7,6 +7,7 @@ FixStyle(mill / restart, FixMillRestart)
 #ifndef LMP_FIX_MILL_RESTART_H
 #define LMP_FIX_MILL_RESTART_H
 
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -14,16 +15,18 @@ FixStyle(mill / restart, FixMillRestart)
 
 namespace LAMMPS_NS {
 
-/// Vouches for every restart file the engine writes: looks whether it is all there, signs it with
-/// its last line (docs/files.md, restart files), and hands it to the disk. Sorts the balls at the
-/// steps of restart files, as a run that goes on from one does, so that both add up forces in the
-/// same order. No arguments.
+/// Makes restart files exact and known to be whole. Exact: the tangential memories in them are
+/// those of the step, and the balls are sorted at these steps, as in a run that goes on from the
+/// file, so that both add up forces in the same order. Known to be whole: looks whether a file is
+/// all there, signs it with its last line (docs/files.md, restart files) and hands it to the disk.
 class FixMillRestart : public Fix {
  public:
   FixMillRestart(class LAMMPS*, int, char**);
 
   int setmask() override;
   void pre_exchange() override;
+  void write_restart(FILE*) override;
+  void restart(char*) override {}
   void write_restart_file(char*) override;
 
  private:

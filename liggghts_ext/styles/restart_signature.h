@@ -26,9 +26,9 @@ inline std::uint32_t crc32(const std::string& bytes)
   return crc ^ 0xFFFFFFFFu;
 }
 
-/// Whether a restart file ends as the engine ends one: with a chunk of each rank, an int that counts
-/// the doubles behind it. The engine does not notice when a full disk swallows a part of it; what
-/// is missing anywhere before the end of a chunk displaces its count.
+/// Whether a restart file ends as the engine ends one: with a chunk of each rank, an int that
+/// counts the doubles behind it. The engine does not notice when a full disk swallows a part of it;
+/// what is missing anywhere before the end of a chunk displaces its count.
 inline bool ends_with_chunks(const std::string& file, const std::vector<int>& doubles)
 {
   std::size_t end = file.size();
