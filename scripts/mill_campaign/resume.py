@@ -94,6 +94,10 @@ def begin(run: Run) -> Beginning:
         before, starts = earlier.cost_until(restart), earlier.starts
         restart = _put_aside(restart)
         _cut(run, restart.step)
+        # Written by the engine when it is told to end: at a step where the run would not be the
+        # same bit by bit.
+        for path in run.part.glob("restart_forced_liggghts_*"):
+            path.unlink()
     else:
         shutil.rmtree(run.part, ignore_errors=True)
         run.part.mkdir()

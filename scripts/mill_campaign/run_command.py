@@ -19,6 +19,7 @@ from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, generate
 from mill_campaign.machine import Allocation, CoreWish, allocate
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
+from mill_campaign.stage_work import attempt_note
 from mill_campaign.status import CaseStatus, case_status
 from mill_campaign.workflow import WORKFLOW_LOG, last_problem, run_workflow
 
@@ -95,6 +96,9 @@ def run_campaign(asked: Request, console: Console) -> bool:
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs)
+        for case in asked.cases:
+            if note := attempt_note(asked.runs / CASES_FOLDER / case.id, case.document):
+                console.print(f"{case.id}: {note}", markup=False, highlight=False, soft_wrap=True)
         with watching(console, asked.runs, asked.cases, asked.allocation) as watch:
             code = run_workflow(asked.runs, asked.cases, asked.allocation, lock, watch)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]

@@ -14,8 +14,8 @@ from mill_campaign.decks import copy_decks
 from mill_campaign.engine_log import loop_timing, read_log
 from mill_campaign.engine_run import DeckRun, find_engine, run_deck
 from mill_campaign.output_files import DUMP_FOLDER, check_output
-from mill_campaign.resume import RESTART_FILES, Run, begin
-from mill_campaign.stage_table import Stage
+from mill_campaign.resume import RESTART_FILES, Run, begin, look
+from mill_campaign.stage_table import Stage, unfinished
 from mill_campaign.timing import Before, timing_record
 
 
@@ -96,11 +96,11 @@ def engine(task: Task) -> dict:
 
     It runs on links to the files of the case folder.
     """
-    run = engine_run(task)
+    run = engine_run(task.stage, task.case, task.folder, task.ranks)
     beginning = begin(run)
     if beginning.note:
         print(beginning.note, flush=True)
-    for path in _engine_inputs(task):
+    for path in _engine_inputs(task.stage, task.folder):
         link = task.part / path.name
         link.unlink(missing_ok=True)
         link.symlink_to(Path("..") / path.name)
@@ -124,20 +124,30 @@ def is_complete(task: Task) -> bool:
     if not (task.part / task.stage.products[-1]).exists():
         return False
     earlier = read_attempts(task.part)
-    return earlier is not None and earlier.inputs == engine_run(task).inputs
+    run = engine_run(task.stage, task.case, task.folder, task.ranks)
+    return earlier is not None and earlier.inputs == run.inputs
 
 
-def engine_run(task: Task) -> Run:
-    """What the stage asks of the engine, for those who look how far earlier attempts came."""
-    inputs = digests([*_engine_inputs(task), find_engine()])
-    time = task.case["time"]
-    settled = time["settle_steps"] if task.stage.name == "rotate" else 0
-    steps = time["settle_steps" if task.stage.name == "settle" else "steps"]
-    return Run(task.part, inputs, settled, steps, task.ranks)
+def attempt_note(folder: Path, case: Mapping[str, Any]) -> str:
+    """What the next run will do about an engine stage that ended early; empty if there is none."""
+    left = unfinished(folder, case["kind"])
+    stage = left[0][0] if left else None
+    if stage is None or not stage.deck or not (folder / f"{stage.name}.part").exists():
+        return ""
+    return look(engine_run(stage, case, folder, ranks=1))[1]
 
 
-def _engine_inputs(task: Task) -> list[Path]:
-    return sorted({*task.folder.glob("*.in"), *(task.folder / x for x in task.stage.inputs)})
+def engine_run(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:
+    """What the stage asks of the engine."""
+    inputs = digests([*_engine_inputs(stage, folder), find_engine()])
+    time = case["time"]
+    settled = time["settle_steps"] if stage.name == "rotate" else 0
+    steps = time["settle_steps" if stage.name == "settle" else "steps"]
+    return Run(folder / f"{stage.name}.part", inputs, settled, steps, ranks)
+
+
+def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:
+    return sorted({*folder.glob("*.in"), *(folder / name for name in stage.inputs)})
 
 
 def settle(task: Task) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from mill_campaign.case import Case
 from mill_campaign.machine import Allocation
+from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stage_table import CASES_FOLDER, STAGES
 
 SNAKEFILE = Path(__file__).with_name("Snakefile")
@@ -72,6 +73,7 @@ def run_workflow(
             stderr=subprocess.STDOUT,
             pass_fds=(lock,),
             start_new_session=True,
+            preexec_fn=end_with_parent(signal.SIGKILL),
         )
         try:
             while process.poll() is None:
