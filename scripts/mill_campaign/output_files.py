@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
 
 from mill_campaign.restart_file import NotWholeError
@@ -40,28 +41,32 @@ def series_length(path: Path, first: int, step: int) -> int:
     Raises:
         NotWholeError: a row is missing or cut on the way.
     """
-    end, before, every = 0, first, 0
-    for row, end_of_row in _rows(path, step):
-        # Rows are at multiples of a number of steps, so the first may come earlier.
-        if row <= before or (every and row - before != every):
-            raise NotWholeError(f"{path.name} has a gap or a repetition after step {before}")
-        every = row - before if before != first else 0
-        before, end = row, end_of_row
-    if before == first or (every and step - before >= every):
-        raise NotWholeError(f"{path.name} ends at step {before}, before step {step}")
-    return end
+    rows = list(_rows(path, step))
+    if not rows:
+        raise NotWholeError(f"{path.name} has no row before step {step}")
+    steps = [row for row, _ in rows]
+    # The engine writes a row at each multiple of a number of steps; a single row does not tell it.
+    every = steps[1] - steps[0] if len(steps) > 1 else 0
+    alone = [row for row in steps[:1] if row > first]
+    planned = range(first // every * every + every, step + 1, every) if every > 0 else alone
+    for row, plan in zip_longest(steps, planned):
+        if row != plan:
+            raise NotWholeError(f"{path.name} has step {row} where {plan} was to be")
+    return rows[-1][1]
 
 
 def _rows(path: Path, last: int) -> Iterator[tuple[int, int]]:
-    """Step of each whole row up to `last`, and where in the file the row ends; the header first
-    counts as no row."""
+    """Step of each row up to `last` after the header, and where in the file the row ends."""
     with path.open("rb") as file:
         header = file.readline()
-        columns, end = header.count(b","), len(header)
+        columns, end, cut = header.count(b","), len(header), False
         for line in file:
+            if cut:
+                raise NotWholeError(f"{path.name} has a row that is cut")
             end += len(line)
             name = line.split(b",", 1)[0]
-            if not (line.endswith(b"\n") and line.count(b",") == columns and name.isdigit()):
+            cut = not (line.endswith(b"\n") and line.count(b",") == columns and name.isdigit())
+            if cut:
                 continue
             if int(name) > last:
                 return

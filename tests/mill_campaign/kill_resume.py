@@ -65,7 +65,7 @@ class Kill:
         stage, step: at work then, and the engine's last step in series.csv, 0 outside the rotation.
         ended_s: until the command had ended.
         lock_free_s: until the locks of runs folder and case were free, from the kill on.
-        next_said: by the next run about the stage that was killed; empty if it had none to tell.
+        next_said: by the next run, if it lived long enough, about the stage that was killed.
         rows_compared, rows_that_differ: of series.csv at that moment, with the uninterrupted run.
         made_again: products that were complete and yet changed since.
     """
@@ -113,6 +113,7 @@ class Campaign:
         with screen.open("wb") as output:
             return psutil.Popen(
                 [sys.executable, "-m", "mill_campaign.cli", *line],
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
