@@ -14,6 +14,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from mill_bench.record import provenance
@@ -24,8 +25,18 @@ from mill_campaign.restart_file import read_restart
 from mill_campaign.resume import RESUME_FILE
 
 NEVER = 10**9
+OCCUPANCY = "fix occupancy"
 STEPS, RESTART_EVERY, ROW_EVERY = 600, 20, 4
 ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Output:
+    """Steps between restart files and between rows; whether the cross-section is averaged."""
+
+    restart_every: int
+    row_every: int
+    cross_section: bool
 
 
 def output_cost(case_folder: Path) -> dict:
@@ -35,22 +46,28 @@ def output_cost(case_folder: Path) -> dict:
         case_folder: of a multi-ball case, with its restart files.
     """
     case = json.loads((case_folder / "case.json").read_text())
-    intervals = {
-        "none": (NEVER, NEVER),
-        "restarts": (RESTART_EVERY, NEVER),
-        "series": (NEVER, ROW_EVERY),
+    runs = {
+        "none": Output(NEVER, NEVER, True),
+        "restarts": Output(RESTART_EVERY, NEVER, True),
+        "rows": Output(NEVER, ROW_EVERY, False),
+        "rows and cross-section": Output(NEVER, ROW_EVERY, True),
     }
     with tempfile.TemporaryDirectory(dir=case_folder.parent) as folder:
         step = _prepare(case_folder, Path(folder))
         rounds = [
-            {name: _run(case, Path(folder), step, *every) for name, every in intervals.items()}
+            {name: _run(case, Path(folder), step, output) for name, output in runs.items()}
             for _ in range(ROUNDS)
         ]
-    least = {name: min(times[name][0] for times in rounds) for name in intervals}
+    least = {name: min(times[name][0] for times in rounds) for name in runs}
     output = min(times["restarts"][1] for times in rounds)
     of_step = least["none"] / STEPS
     restart = (least["restarts"] - least["none"]) / (STEPS // RESTART_EVERY)
-    row = (least["series"] - least["none"]) / (STEPS // ROW_EVERY)
+    row, with_section = (
+        (least[name] - least["none"]) / (STEPS // ROW_EVERY)
+        for name in ("rows", "rows and cross-section")
+    )
+    # The cross-section is sampled, with each row, in the second half of a rotation.
+    mean_row = (row + with_section) / 2
     own = case["output"]
     return {
         "schema": 1,
@@ -64,30 +81,33 @@ def output_cost(case_folder: Path) -> dict:
         "processor_s_per_restart_file": restart,
         "wall_s_per_restart_file": output / (STEPS // RESTART_EVERY),
         "processor_s_per_row": row,
+        "processor_s_per_row_and_cross_section": with_section,
         "overhead_of_restarts": restart / (own["restart_steps"] * of_step),
-        "overhead_of_series": row / (own["sample_steps"] * of_step),
+        "overhead_of_series": mean_row / (own["sample_steps"] * of_step),
     }
 
 
 def _prepare(case_folder: Path, folder: Path) -> int:
-    """The case's files and decks of now; returns the step of the restart file."""
+    """Copy the case's files; returns the step of the restart file."""
     newest = max(
         (read_restart(path) for path in case_folder.glob("mill.*.restart")), key=lambda x: x.step
     )
     shutil.copy(newest.path, folder / RESUME_FILE)
     for name in ("liner.stl", "parameters.in"):
         shutil.copy(case_folder / name, folder)
-    copy_decks(("mill.in",), folder)
     return newest.step
 
 
-def _run(case: dict, folder: Path, step: int, restart_every: int, row_every: int):
+def _run(case: dict, folder: Path, step: int, output: Output) -> tuple[float, float]:
     """Processor time of the engine on one rank, and wall time of its output [s]."""
-    # The fix for the cross-section samples in the second half of a rotation, and here too.
+    copy_decks(("mill.in",), folder)
+    if not output.cross_section:
+        deck = folder / "charge_series.in"
+        deck.write_text(deck.read_text().split(OCCUPANCY)[0])
     done = step - case["time"]["settle_steps"]
     values = {
-        "restart_steps": restart_every,
-        "sample_steps": row_every,
+        "restart_steps": output.restart_every,
+        "sample_steps": output.row_every,
         "rotation_steps": done + STEPS,
         "dumps": "off",
         "resume": 1,
@@ -97,8 +117,8 @@ def _run(case: dict, folder: Path, step: int, restart_every: int, row_every: int
     kept = [x for x in parameters.read_text().splitlines() if x.split()[1] not in values]
     parameters.write_text("\n".join(kept) + "\n")
     line = [find_engine(), "-in", "mill.in", "-log", "log.cost", *words]
-    with (folder / "out").open("wb") as output:
-        process = subprocess.Popen(line, cwd=folder, env=engine_environment(), stdout=output)
+    with (folder / "out").open("wb") as screen:
+        process = subprocess.Popen(line, cwd=folder, env=engine_environment(), stdout=screen)
         _, status, usage = os.wait4(process.pid, 0)
     loop = loop_timing((folder / "log.cost").read_text())
     if status or loop is None or loop.steps != STEPS:

@@ -65,7 +65,7 @@ class Kill:
         stage, step: at work then, and the engine's last step in series.csv, 0 outside the rotation.
         ended_s: until the command had ended.
         lock_free_s: until the locks of runs folder and case were free, from the kill on.
-        next_said: by the next run, if it lived long enough, about the stage that was killed.
+        next_said: about the stage that was killed, by the next run that lived long enough.
         rows_compared, rows_that_differ: of series.csv at that moment, with the uninterrupted run.
         made_again: products that were complete and yet changed since.
     """
@@ -394,20 +394,24 @@ def _kill_until_done(
     while waiting:
         number = len(list(campaign.file.parent.glob("screen.[0-9]*")))
         kill = kill_once(number, waiting[0], campaign, chance, reference)
-        screen = campaign.file.with_name(f"screen.{number}")
-        if kills:
-            kills[-1].next_said = told(screen)
+        _note_what_was_said(kills, campaign.file.with_name(f"screen.{number}"))
         if kill is None:
             break
         waiting.pop(0)
-        if kills:
-            print(kills[-1], flush=True)
         kills.append(kill)
     screen = campaign.file.with_name(f"screen.{len(list(campaign.file.parent.glob('screen.*')))}")
     run_to_the_end(campaign, screen)
-    if kills and not kills[-1].next_said:
-        kills[-1].next_said = told(screen)
+    _note_what_was_said(kills, screen)
     return kills
+
+
+def _note_what_was_said(kills: list[Kill], screen: Path) -> None:
+    """By the run after these kills; also for one after which a run was killed too early to speak."""
+    for kill in reversed(kills):
+        if kill.next_said:
+            return
+        kill.next_said = told(screen)
+        print(kill, flush=True)
 
 
 def main() -> None:
