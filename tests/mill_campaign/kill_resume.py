@@ -406,7 +406,7 @@ def _kill_until_done(
 
 
 def _note_what_was_said(kills: list[Kill], screen: Path) -> None:
-    """By the run after the last kill; also for those after which a run was killed before it spoke."""
+    """By the run after the last kill, and for kills after which a run ended before it spoke."""
     for kill in reversed(kills):
         if kill.next_said:
             return
