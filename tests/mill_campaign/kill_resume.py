@@ -33,13 +33,14 @@ import small_campaign
 from mill_campaign.engine_run import find_engine
 from mill_campaign.folder_lock import LOCK_FILE
 from mill_campaign.machine import hardware
+from mill_campaign.parent_death import end_with_parent
 from mill_campaign.restart_file import NotWholeError, read_restart
 from mill_campaign.resume import RESTART_FILES
 from mill_campaign.stage_table import STAGES
 
 CASE = small_campaign.CHARGE
 TMPFS_BYTES = 64 << 20
-LONGEST_S = 300.0
+LONGEST_S = 900.0
 # Kinds that need an engine at work; the others happen at any moment.
 OF_ENGINE = (
     "SIGKILL mpirun",
@@ -117,6 +118,7 @@ class Campaign:
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
+                preexec_fn=end_with_parent(signal.SIGKILL),
             )
 
     def complete(self) -> dict[str, tuple[int, int]]:
@@ -424,7 +426,7 @@ def main() -> None:
     kinds = [ways[i % len(ways)] for i in range(options.kills)]
     random.Random(options.seed).shuffle(kinds)
     with tempfile.TemporaryDirectory() as folder:
-        text = campaign_text(rotation_angle=10.0, restart_angle=0.2, balls=800)
+        text = campaign_text(rotation_angle=5.0, restart_angle=0.1, balls=500)
         record = kill_and_resume(Path(folder), kinds, options.seed, text)
     git = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
     commit = subprocess.run(git, cwd=Path(__file__).parent, capture_output=True, text=True)

@@ -130,7 +130,7 @@ def test_twenty_kills_of_a_campaign_change_nothing(tmp_path):
     ways = [*kill_resume.OF_ENGINE, *kill_resume.OF_WORKFLOW]
     kinds = [ways[i % len(ways)] for i in range(20)]
     random.Random(7).shuffle(kinds)
-    text = kill_resume.campaign_text(rotation_angle=10.0, restart_angle=0.2, balls=800)
+    text = kill_resume.campaign_text(rotation_angle=5.0, restart_angle=0.1, balls=500)
     record = kill_resume.kill_and_resume(tmp_path, kinds, 7, text)
     assert len(record["kills"]) == 20
     for kill in record["kills"]:
