@@ -96,7 +96,7 @@ def engine(task: Task) -> dict:
 
     It runs on links to the files of the case folder.
     """
-    run = engine_run(task.stage, task.case, task.folder, task.ranks)
+    run = run_of(task.stage, task.case, task.folder, task.ranks)
     beginning = begin(run)
     if beginning.note:
         print(beginning.note, flush=True)
@@ -124,7 +124,7 @@ def is_complete(task: Task) -> bool:
     if not (task.part / task.stage.products[-1]).exists():
         return False
     earlier = read_attempts(task.part)
-    run = engine_run(task.stage, task.case, task.folder, task.ranks)
+    run = run_of(task.stage, task.case, task.folder, task.ranks)
     return earlier is not None and earlier.inputs == run.inputs
 
 
@@ -134,10 +134,10 @@ def attempt_note(folder: Path, case: Mapping[str, Any]) -> str:
     stage = left[0][0] if left else None
     if stage is None or not stage.deck or not (folder / f"{stage.name}.part").exists():
         return ""
-    return look(engine_run(stage, case, folder, ranks=1))[1]
+    return look(run_of(stage, case, folder, ranks=1))[1]
 
 
-def engine_run(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:
+def run_of(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:
     """What the stage asks of the engine."""
     inputs = digests([*_engine_inputs(stage, folder), find_engine()])
     time = case["time"]

@@ -78,7 +78,7 @@ def rotated(tmp_path, monkeypatch):
     (tmp_path / "case.json").write_text(json.dumps(document))
     (tmp_path / "mill.in").write_text("run")
     task = stage_work.Task(stage_of("multi-ball", "rotate"), document, tmp_path, None, 1, 0, None)
-    begin(stage_work.engine_run(task.stage, task.case, task.folder, 1))
+    begin(stage_work.run_of(task.stage, task.case, task.folder, 1))
     for name in ("dump", "rotate.part"):
         (tmp_path / name).mkdir(exist_ok=True)
     for name in ("dump/charge.0", "series.csv", "rotate.part/timing.json"):
@@ -96,7 +96,7 @@ def test_a_complete_stage_is_not_done_again_for_want_of_a_rename(rotated, monkey
 
 def test_a_stage_that_was_complete_is_done_again_when_an_input_has_changed(rotated, monkeypatch):
     def rotate(task):
-        begin(stage_work.engine_run(task.stage, task.case, task.folder, 1))
+        begin(stage_work.run_of(task.stage, task.case, task.folder, 1))
         for name in task.stage.products:
             (task.part / name).write_text("again")
 
