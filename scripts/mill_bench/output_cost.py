@@ -27,7 +27,7 @@ from mill_campaign.resume import RESUME_FILE
 NEVER = 10**9
 OCCUPANCY = "fix occupancy"
 STEPS, RESTART_EVERY, ROW_EVERY = 600, 20, 4
-ROUNDS = 5
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
