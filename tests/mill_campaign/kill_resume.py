@@ -247,7 +247,9 @@ def _begin(campaign: Campaign, kind: str, chance: random.Random, screen: Path) -
     process = campaign.start(screen)
     # Two thirds of the others come while an engine is at work, too.
     if kind in OF_ENGINE or chance.random() < 2 / 3:
-        _wait(process, lambda: _ranks(process))
+        # Mostly while the mill turns: on a slow machine all would come while the charge settles.
+        settling = chance.random() < 0.2
+        _wait(process, lambda: _ranks(process) and (settling or _stage(process) == "rotate"))
         time.sleep(chance.uniform(0.0, 6.0))
     else:
         time.sleep(chance.uniform(0.3, 8.0))
