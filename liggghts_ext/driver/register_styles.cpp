@@ -18,6 +18,7 @@
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
 #include "fix_mill_occupancy.h"
+#include "fix_mill_restart.h"
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "lammps.h"
@@ -67,6 +68,7 @@ void register_styles(LAMMPS& engine)
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
+  fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
@@ -85,6 +87,7 @@ void list_styles(std::ostream& out)
          "  pair_style gran ... surface fast\n"
          "                           Hertz-Mindlin contacts of balls, several times faster\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
+         "  fix mill/restart         tells whole restart files from cut ones\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "

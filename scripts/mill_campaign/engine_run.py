@@ -15,6 +15,7 @@ from pathlib import Path
 from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
 from mill_campaign.machine import available_cores, physical_cores
+from mill_campaign.parent_death import end_with_parent
 
 ENGINE = "liggghts_mill"
 ENGINE_VARIABLE = "MILLSCALE_ENGINE"
@@ -23,6 +24,24 @@ _GRACE_S = 10.0
 
 class EngineError(RuntimeError):
     """The engine did not come to the end of its deck."""
+
+
+@dataclass(frozen=True)
+class DeckRun:
+    """A deck to run to its end.
+
+    Attributes:
+        folder: where it runs.
+        log: name of the engine's log.
+        screen: the file this process's output goes to; searched for errors.
+        resume: go on from resume.restart.
+    """
+
+    deck: str
+    folder: Path
+    log: str
+    screen: Path
+    resume: bool
 
 
 @dataclass(frozen=True)
@@ -80,25 +99,27 @@ def mpirun_text(line: list[str]) -> str:
     return shlex.join(line)
 
 
-def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: Path) -> Spent:
-    """Run a deck in `folder` to its end. It prints to this process's output.
+def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
+    """Run a deck to its end. It prints to this process's output.
 
     Args:
         lock: descriptor that the engine inherits, so that the folder stays locked while it lives.
-        screen: the file this process's output goes to; searched for errors.
     """
-    line = mpirun_line(find_engine(), deck, log, ranks)
+    line = mpirun_line(find_engine(), run.deck, run.log, ranks)
+    if run.resume:
+        line += ["-var", "resume", "1"]
     print(mpirun_text(line), flush=True)
     begin, processor_begin = time.monotonic(), _processor_time()
     try:
         # A session of its own: a Ctrl-C reaches the stage only, which then ends mpirun once.
         process = subprocess.Popen(
             line,
-            cwd=folder,
+            cwd=run.folder,
             env=engine_environment(),
             stdin=subprocess.DEVNULL,
             pass_fds=(lock,),
             start_new_session=True,
+            preexec_fn=end_with_parent(),
         )
     except FileNotFoundError:
         raise EngineError("mpirun not found on the PATH: run scripts/setup") from None
@@ -107,7 +128,7 @@ def run_deck(deck: str, folder: Path, ranks: int, lock: int, log: str, screen: P
     except BaseException:
         _end(process)
         raise
-    cause = error_line(read_log(folder / log, screen))
+    cause = error_line(read_log(run.folder / run.log, run.screen))
     if code != 0 or cause:
         raise EngineError(cause or _exit_text(code))
     return Spent(time.monotonic() - begin, _processor_time() - processor_begin)

@@ -23,6 +23,7 @@ from pathlib import Path
 from mill_campaign.case_check import read_case
 from mill_campaign.errors import CampaignError
 from mill_campaign.jobs import job_named, read_jobs
+from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stage_table import CASE_FILE, CASES_FOLDER, unfinished
 from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
 
@@ -96,6 +97,7 @@ def _in_child(work: Callable[[], int]) -> int:
 
 def _guarded(work: Callable[[], int]) -> int:
     """The child's side: whatever happens ends in a code."""
+    end_with_parent()()
     for number in _ENDINGS:
         signal.signal(number, end_in_order)
     try:
@@ -117,6 +119,7 @@ def main() -> int:
     parser.add_argument("file", type=Path, help="DIR/.jobs/<run>/jobs.json")
     parser.add_argument("job", help="name of a job in it")
     options = parser.parse_args()
+    end_with_parent()()
     job = job_named(read_jobs(options.file), options.job)
     return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)
 

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from mill_campaign.attempts import read_attempts
 from mill_campaign.case import Case
 from mill_campaign.stage_table import Stage
 
@@ -16,10 +17,15 @@ _TAIL_BYTES = 8192
 
 @dataclass(frozen=True)
 class Progress:
-    """Steps done, and when they were [s since 1970]; the engine's files lag behind it."""
+    """Steps done, and when they were [s since 1970]; the engine's files lag behind it.
+
+    Attributes:
+        begun: steps done by earlier attempts, which the running one did not have to make again.
+    """
 
     step: int
     at: float
+    begun: int = 0
 
 
 def stage_steps(case: Case, stage: Stage) -> int:
@@ -36,6 +42,8 @@ def stage_progress(folder: Path, case: Case, stage: Stage) -> Progress:
         folder: case folder; the stage works in its part folder.
     """
     part = folder / f"{stage.name}.part"
+    attempts = read_attempts(part)
+    begun = attempts.starts[-1].step - attempts.starts[0].step if attempts else 0
     if stage.name == "settle":
         file = part / f"log.{stage.name}"
         step = _last_thermo_step(file)
@@ -43,7 +51,7 @@ def stage_progress(folder: Path, case: Case, stage: Stage) -> Progress:
         file = part / "series.csv"
         step = int(last_value(file, "step")) - _steps_before(case, part)
     step = min(max(step, 0), stage_steps(case, stage))
-    return Progress(step, file.stat().st_mtime) if step else Progress(0, 0.0)
+    return Progress(step, file.stat().st_mtime, begun) if step else Progress(0, 0.0)
 
 
 def last_value(path: Path, column: str) -> float:

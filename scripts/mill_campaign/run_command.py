@@ -24,6 +24,7 @@ from mill_campaign.output_size import check_disk
 from mill_campaign.placement import place, place_on_cluster
 from mill_campaign.prediction import error_line, record_predictions
 from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
+from mill_campaign.stage_work import attempt_note
 from mill_campaign.status import case_status
 from mill_campaign.workflow import (
     WORKFLOW_LOG,
@@ -139,6 +140,9 @@ def run_campaign(asked: Request, console: Console) -> bool:
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs)
+        for case in asked.cases:
+            if note := attempt_note(asked.runs / CASES_FOLDER / case.id, case.document):
+                console.print(f"{case.id}: {note}", markup=False, highlight=False, soft_wrap=True)
         code = _run_jobs(asked, console, lock)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
     console.print(status_table(statuses))

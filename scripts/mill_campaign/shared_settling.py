@@ -25,8 +25,8 @@ FOLDER = "settled"
 DECK = "settle.in"
 # Says how the mill turns. At rest nothing of it matters but gravity and radius.
 DRIVE_DECK = "mill_drive.in"
-# Lines printed while it settles.
-PRINTING = {"thermo_steps"}
+# When it prints a line and writes a restart file.
+OUTPUT = {"thermo_steps", "restart_steps"}
 _USED = re.compile(r"\$\{(\w+)\}|\bv_(\w+)")
 
 
@@ -47,7 +47,7 @@ def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
         for match in _USED.findall(text)
         for name in match
     }
-    values = {k: v for k, v in parameters(case).items() if k in used and k not in PRINTING}
+    values = {k: v for k, v in parameters(case).items() if k in used and k not in OUTPUT}
     files = [CHARGE_FILE, *([LINER_FILE] if case["wall"]["kind"] == "mesh" else [])]
     content = {
         "decks": decks,
@@ -80,14 +80,17 @@ def take(shared: Path, part: Path, products: tuple[str, ...]) -> bool:
     """Copy a bed out of its shared folder; False if it is not there yet."""
     if not all((shared / name).exists() for name in products):
         return False
-    for name in products:
-        shutil.copyfile(shared / name, part / name)
+    _copy(shared, part, products)
     return True
 
 
 def give(shared: Path, part: Path, products: tuple[str, ...]) -> None:
     """Copy a bed into its shared folder; the last product, which completes it, comes last."""
+    _copy(part, shared, products)
+
+
+def _copy(source: Path, destination: Path, products: tuple[str, ...]) -> None:
     for name in products:
-        copy = shared / f"{name}.part"
-        shutil.copyfile(part / name, copy)
-        copy.replace(shared / name)
+        copy = destination / f"{name}.part"
+        shutil.copyfile(source / name, copy)
+        copy.replace(destination / name)

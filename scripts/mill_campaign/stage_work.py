@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from mill_campaign.attempts import digests, read_attempts
 from mill_campaign.decks import copy_decks
 from mill_campaign.engine_log import loop_timing, read_log
-from mill_campaign.engine_run import run_deck
-from mill_campaign.stage_table import DUMP_FOLDER, Stage
-from mill_campaign.timing import timing_record
+from mill_campaign.engine_run import DeckRun, find_engine, run_deck
+from mill_campaign.output_files import check_output
+from mill_campaign.resume import RESTART_FILES, Run, begin, look
+from mill_campaign.stage_table import DUMP_FOLDER, Stage, unfinished
+from mill_campaign.timing import Before, timing_record
 
 
 @dataclass(frozen=True)
@@ -83,20 +87,67 @@ def deck(task: Task) -> None:
         (task.part / DUMP_FOLDER).mkdir()
 
 
-def engine(task: Task) -> None:
-    """Run the stage's deck on links to the files of the case folder, and time it."""
-    for path in {*task.folder.glob("*.in"), *(task.folder / x for x in task.stage.inputs)}:
-        (task.part / path.name).symlink_to(Path("..") / path.name)
-    (task.part / DUMP_FOLDER).mkdir()
-    spent = run_deck(task.stage.deck, task.part, task.ranks, task.lock, task.log, task.screen)
+def rotate(task: Task) -> None:
+    _write_json(task.part / task.stage.products[-1], engine(task))
+
+
+def engine(task: Task) -> dict:
+    """Run the stage's deck, from where an earlier attempt got to; returns its timing.
+
+    It runs on links to the files of the case folder.
+    """
+    run = run_of(task.stage, task.case, task.folder, task.ranks)
+    beginning = begin(run)
+    if beginning.note:
+        print(beginning.note, flush=True)
+    for path in _engine_inputs(task.stage, task.folder):
+        link = task.part / path.name
+        link.unlink(missing_ok=True)
+        link.symlink_to(Path("..") / path.name)
+    (task.part / DUMP_FOLDER).mkdir(exist_ok=True)
+    resume = beginning.restart is not None
+    deck = DeckRun(task.stage.deck, task.part, task.log, task.screen, resume)
+    spent = run_deck(deck, task.ranks, task.lock)
     loop = loop_timing(read_log(task.part / task.log))
     if loop is None:
         raise RuntimeError(f"{task.log} holds no finished run")
-    record = timing_record(task.stage.name, spent, loop)
-    completion = task.stage.products[-1]
-    _write_json(task.part / completion, record)
+    step = beginning.attempts.starts[-1].step
+    check_output(task.part, run.first, step + loop.steps)
     if not any((task.part / DUMP_FOLDER).iterdir()):
         (task.part / DUMP_FOLDER).rmdir()
+    before = Before(step - run.first, len(beginning.attempts.starts) - 1, beginning.before)
+    return timing_record(task.stage.name, spent, loop, before)
+
+
+def is_complete(task: Task) -> bool:
+    """Whether an earlier attempt made all products and was stopped while they were published."""
+    if not (task.part / task.stage.products[-1]).exists():
+        return False
+    earlier = read_attempts(task.part)
+    run = run_of(task.stage, task.case, task.folder, task.ranks)
+    return earlier is not None and earlier.inputs == run.inputs
+
+
+def attempt_note(folder: Path, case: Mapping[str, Any]) -> str:
+    """What the next run will do about an engine stage that ended early; empty if there is none."""
+    left = unfinished(folder, case["kind"])
+    stage = left[0][0] if left else None
+    if stage is None or not stage.deck or not (folder / f"{stage.name}.part").exists():
+        return ""
+    return look(run_of(stage, case, folder, ranks=1))[1]
+
+
+def run_of(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:
+    """What the stage asks of the engine."""
+    inputs = digests([*_engine_inputs(stage, folder), find_engine()])
+    time = case["time"]
+    settled = time["settle_steps"] if stage.name == "rotate" else 0
+    steps = time["settle_steps" if stage.name == "settle" else "steps"]
+    return Run(folder / f"{stage.name}.part", inputs, settled, steps, ranks)
+
+
+def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:
+    return sorted({*folder.glob("*.in"), *(folder / name for name in stage.inputs)})
 
 
 def settle(task: Task) -> None:
@@ -107,24 +158,33 @@ def settle(task: Task) -> None:
     with shared_bed(task.case, task.folder) as shared:
         if shared and take(shared, task.part, products):
             print(f"bed taken from {shared}")
+            _drop_all_but(products, task.part)
             return
-        engine(task)
-        _measure_bed(task)
+        record = engine(task)
+        for name in RESTART_FILES:
+            (task.part / name).unlink(missing_ok=True)
+        _write_json(task.part / products[-1], record | _bed_record(task))
         if shared:
             give(shared, task.part, products)
 
 
-def _measure_bed(task: Task) -> None:
-    """Add to settled.json what the bed is like."""
+def _drop_all_but(products: tuple[str, ...], part: Path) -> None:
+    """What an own attempt to settle has left."""
+    for path in part.iterdir():
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        elif path.name not in products:
+            path.unlink()
+
+
+def _bed_record(task: Task) -> dict:
+    """What the bed is like, for settled.json."""
     from mill_campaign import bed
     from mill_campaign.charge import room_of
 
-    path, dump = task.part / task.stage.products[-1], task.part / bed.DUMP
-    record = json.loads(path.read_text())
-    _write_json(
-        path, record | {"settled_by": task.case["id"]} | bed.bed_record(dump, room_of(task.case))
-    )
-    dump.unlink()
+    measured = bed.bed_record(task.part / bed.DUMP, room_of(task.case))
+    (task.part / bed.DUMP).unlink()
+    return {"settled_by": task.case["id"], **measured}
 
 
 def result(task: Task) -> None:
@@ -135,7 +195,10 @@ def result(task: Task) -> None:
 
 
 def _write_json(path: Path, content: dict) -> None:
-    path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+    """Under another name first: a product that is there is complete."""
+    copy = path.with_name(f"{path.name}.part")
+    copy.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
+    copy.replace(path)
 
 
 WORK: dict[str, Callable[[Task], None]] = {
@@ -143,6 +206,6 @@ WORK: dict[str, Callable[[Task], None]] = {
     "charge": charge,
     "deck": deck,
     "settle": settle,
-    "rotate": engine,
+    "rotate": rotate,
     "result": result,
 }

@@ -1,7 +1,8 @@
 """Runs one stage of a case: `python -m mill_campaign.stages STAGE CASE_FOLDER [--ranks N]`.
 
 A stage works in CASE_FOLDER/STAGE.part and renames its products into the case folder at the end,
-so a stage that fails or is interrupted leaves none. What it prints goes to out.STAGE.
+so a stage that fails or is interrupted leaves none. An engine stage goes on from what an earlier
+attempt has left in that folder. What a stage prints goes to out.STAGE.
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ from mill_campaign.case_check import check_case, read_case
 from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
+from mill_campaign.parent_death import end_with_parent
+from mill_campaign.resume import OF_ATTEMPTS
 from mill_campaign.stage_table import CASE_FILE, STAGES, Stage, stage_of
-from mill_campaign.stage_work import WORK, Task
+from mill_campaign.stage_work import WORK, Task, is_complete
 
 INTERRUPTED = 130
 
@@ -64,10 +67,22 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
 
 def _make(task: Task) -> None:
     """Do the work of a stage in its own folder, then publish what it made."""
+    if task.stage.deck and is_complete(task):
+        print("complete before: only its products had to be put in place", flush=True)
+    else:
+        _work(task)
+    if all((task.part / x).exists() for x in task.stage.products):
+        _record_provenance(task)
+    _publish(task)
+    shutil.rmtree(task.part)
+
+
+def _work(task: Task) -> None:
     for product in task.stage.products:
         (task.folder / product).unlink(missing_ok=True)
-    shutil.rmtree(task.part, ignore_errors=True)
-    task.part.mkdir()
+    if not task.stage.deck:
+        shutil.rmtree(task.part, ignore_errors=True)
+    task.part.mkdir(exist_ok=True)
     try:
         provenance.check_inputs(task.folder, task.stage.inputs)
         WORK[task.stage.name](task)
@@ -81,9 +96,6 @@ def _make(task: Task) -> None:
         log = task.part / task.log
         if log.exists():
             log.replace(task.folder / task.log)
-    _record_provenance(task)
-    _publish(task)
-    shutil.rmtree(task.part)
 
 
 def _record_provenance(task: Task) -> None:
@@ -95,12 +107,14 @@ def _record_provenance(task: Task) -> None:
 
 def _publish(task: Task) -> None:
     """Rename what the stage made into the case folder, its products last and in their order."""
-    made = {path.name for path in task.part.iterdir() if not path.is_symlink()}
+    made = {path.name for path in task.part.iterdir() if not path.is_symlink()} - OF_ATTEMPTS
     products = list(task.stage.products)
-    for name in [*sorted(made.difference(products)), *products]:
+    for name in [*sorted(made.difference(products)), *(x for x in products if x in made)]:
         target = task.folder / name
         if target.is_dir():
             shutil.rmtree(target)
+        # An earlier attempt may have made it, before an input got a new date.
+        os.utime(task.part / name)
         (task.part / name).replace(target)
 
 
@@ -157,6 +171,7 @@ def main() -> int:
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ending, end_in_order)
     limit_time()
+    end_with_parent()()
     with suppress(KeyboardInterrupt):
         try:
             code = run_stage(options.folder, options.stage, options.ranks)

@@ -93,14 +93,14 @@ def case_status(folder: Path, case: Case, silence: float = SILENCE) -> CaseStatu
     record = _record_of_next(folder, left)
     state = _state(left, record)
     now = Progress(0, 0.0)
-    if left and left[0].deck and state in ("running", "failed"):
+    if left and left[0].deck and state in ("running", "failed", "interrupted"):
         now = stage_progress(folder, case, left[0])
     steps_of = {stage.name: stage_steps(case, stage) for stage in STAGES[kind]}
     steps = sum(steps_of.values())
     step = steps - sum(steps_of[stage.name] for stage in left) + now.step
     rate = None
     if state == "running" and record and now.at > record.started:
-        rate = balls * now.step / (now.at - record.started)
+        rate = balls * (now.step - now.begun) / (now.at - record.started)
     silent = _silent(folder, record) if state == "running" and left[0].deck else None
     problem = _problem(state, record, silent, max(silence, _FEW_ROWS * _row_time(case, rate)))
     return CaseStatus(

@@ -2,30 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from mill_campaign.attempts import Cost
 from mill_campaign.engine_log import LoopTiming
 from mill_campaign.engine_run import Spent
 from mill_campaign.machine import hardware
 
 
-def timing_record(stage: str, spent: Spent, loop: LoopTiming) -> dict:
+@dataclass(frozen=True)
+class Before:
+    """The steps that earlier starts of the engine made: how many, in how many attempts, at what
+    cost."""
+
+    steps: int
+    attempts: int
+    cost: Cost
+
+
+def timing_record(stage: str, spent: Spent, loop: LoopTiming, before: Before) -> dict:
     """The content of timing.json.
 
     Args:
         spent: time from the start of mpirun to its end.
         loop: what the engine's log says of its time loop.
+        before: the same of the steps before the last start of the engine.
     """
-    core_seconds = loop.loop_time * loop.ranks
+    cost = before.cost + Cost(
+        spent.wall_time, spent.processor_time, loop.loop_time, loop.loop_time * loop.ranks
+    )
+    particle_steps = loop.particle_steps + before.steps * loop.balls
     return {
         "schema": 1,
         "stage": stage,
         "hardware": hardware(),
         "ranks": loop.ranks,
         "balls": loop.balls,
-        "steps": loop.steps,
-        "particle_steps": loop.particle_steps,
-        "wall_time_s": spent.wall_time,
-        "processor_time_s": spent.processor_time,
-        "loop_time_s": loop.loop_time,
-        "particle_steps_per_s_core": loop.particle_steps / core_seconds if core_seconds else 0.0,
+        "attempts": before.attempts + 1,
+        "steps": loop.steps + before.steps,
+        "particle_steps": particle_steps,
+        "wall_time_s": cost.wall_time,
+        "processor_time_s": cost.processor_time,
+        "loop_time_s": cost.loop_time,
+        "particle_steps_per_s_core": particle_steps / cost.core_time if cost.core_time else 0.0,
         "share": loop.share,
     }

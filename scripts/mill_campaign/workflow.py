@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mill_campaign.machine import Allocation
+from mill_campaign.parent_death import end_with_parent
 
 SNAKEFILE = Path(__file__).with_name("Snakefile")
 WORKFLOW_LOG = "log.workflow"
@@ -73,6 +74,7 @@ def run_workflow(
             stderr=subprocess.STDOUT,
             pass_fds=(lock,),
             start_new_session=True,
+            preexec_fn=end_with_parent(signal.SIGKILL),
         )
         try:
             while process.poll() is None:

@@ -11,8 +11,7 @@ import sys
 import pytest
 from paper_campaign import write_campaign
 from small_campaign import TEXT
-
-from conftest import Millscale, small
+from small_command import Millscale, small
 
 # Seconds per case outside the engine, asked of a campaign of two hundred.
 MOST = 0.3

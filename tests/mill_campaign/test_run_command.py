@@ -113,7 +113,7 @@ def test_an_interrupted_run_ends_its_engines_and_resumes(finished, wait_for, num
     assert series.stat().st_size == length, "the engine still writes"
     assert not (case / "series.csv").exists()
     row = json.loads(finished("status", "--json").stdout)[0]
-    assert (row["state"], row["stage"], row["step"]) == ("interrupted", "rotate", 0)
+    assert (row["state"], row["stage"]) == ("interrupted", "rotate") and row["step"] > 0
     mesh = (case / "liner.stl").stat().st_mtime_ns
     assert finished("run").returncode == 0
     assert (case / "series.csv").exists() and not series.exists()

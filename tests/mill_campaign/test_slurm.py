@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 import slurm_node
 from small_campaign import CHARGE, SINGLE_BALLS
+from small_command import Millscale, small
 
-from conftest import Millscale, small
 from mill_campaign.cluster import PLUGIN
 
 MISSING = [

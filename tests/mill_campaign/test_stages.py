@@ -7,7 +7,9 @@ import pytest
 from mill_campaign import stage_work, stages
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import LOCK_FILE, hold
+from mill_campaign.resume import begin
 from mill_campaign.stage_record import read_record
+from mill_campaign.stage_table import stage_of
 
 
 @pytest.fixture
@@ -66,6 +68,54 @@ def test_an_interrupted_stage_says_so(case, monkeypatch):
     work(monkeypatch, charge)
     assert stages.run_stage(case, "charge") == 130
     assert read_record(case).state == "interrupted"
+
+
+@pytest.fixture
+def rotated(tmp_path, monkeypatch):
+    """A rotation that was stopped when all but its last products were in place."""
+    monkeypatch.setenv("MILLSCALE_ENGINE", "/bin/true")
+    document = {"id": "c", "kind": "multi-ball", "time": {"settle_steps": 0, "steps": 10}}
+    (tmp_path / "case.json").write_text(json.dumps(document))
+    (tmp_path / "mill.in").write_text("run")
+    task = stage_work.Task(stage_of("multi-ball", "rotate"), document, tmp_path, None, 1, 0, None)
+    begin(stage_work.run_of(task.stage, task.case, task.folder, 1))
+    for name in ("dump", "rotate.part"):
+        (tmp_path / name).mkdir(exist_ok=True)
+    for name in ("dump/charge.0", "series.csv", "rotate.part/timing.json"):
+        (tmp_path / name).write_text(name)
+    return tmp_path
+
+
+def test_a_complete_stage_is_not_done_again_for_want_of_a_rename(rotated, monkeypatch):
+    monkeypatch.setitem(stage_work.WORK, "rotate", None)
+    assert stages.run_stage(rotated, "rotate") == 0
+    assert (rotated / "timing.json").read_text() == "rotate.part/timing.json"
+    assert (rotated / "series.csv").exists() and (rotated / "dump" / "charge.0").exists()
+    assert not (rotated / "rotate.part").exists() and not (rotated / "attempts.json").exists()
+
+
+def test_a_stage_that_was_complete_is_done_again_when_an_input_has_changed(rotated, monkeypatch):
+    def rotate(task):
+        begin(stage_work.run_of(task.stage, task.case, task.folder, 1))
+        for name in task.stage.products:
+            (task.part / name).write_text("again")
+
+    (rotated / "mill.in").write_text("run longer")
+    monkeypatch.setitem(stage_work.WORK, "rotate", rotate)
+    assert stages.run_stage(rotated, "rotate") == 0
+    assert (rotated / "timing.json").read_text() == "again"
+
+
+def test_an_engine_stage_keeps_its_folder_for_the_next_attempt(rotated, monkeypatch):
+    def rotate(task):
+        assert (task.part / "mill.1.restart").exists()
+        raise KeyboardInterrupt
+
+    (rotated / "rotate.part" / "timing.json").unlink()
+    (rotated / "rotate.part" / "mill.1.restart").touch()
+    monkeypatch.setitem(stage_work.WORK, "rotate", rotate)
+    assert stages.run_stage(rotated, "rotate") == 130
+    assert (rotated / "rotate.part" / "mill.1.restart").exists()
 
 
 def test_a_case_is_worked_on_by_one_stage_at_a_time(case, monkeypatch):

@@ -1,0 +1,150 @@
+"""Where an engine stage begins: at the newest whole restart file of earlier attempts, or anew.
+
+An attempt that ends early leaves its part folder. The next one finds there restart files, series
+and dumps, and attempts.json, which says what they were made of.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from mill_campaign.attempts import (
+    ATTEMPTS_FILE,
+    Attempt,
+    Attempts,
+    Cost,
+    read_attempts,
+    write_attempts,
+)
+from mill_campaign.output_files import SERIES, check_output, series_length
+from mill_campaign.restart_file import NotWholeError, RestartFile, read_restart
+
+RESUME_FILE = "resume.restart"
+RESTART_FILES = ("mill.1.restart", "mill.2.restart", RESUME_FILE)
+# What no later stage needs.
+OF_ATTEMPTS = {ATTEMPTS_FILE, RESUME_FILE}
+
+
+@dataclass(frozen=True)
+class Run:
+    """What an engine stage is to do.
+
+    Attributes:
+        inputs: file -> SHA-256 of what decides it.
+        first: step of the engine at which it begins.
+        steps: from there to its end.
+    """
+
+    part: Path
+    inputs: dict[str, str]
+    first: int
+    steps: int
+    ranks: int
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """Where the engine begins.
+
+    Attributes:
+        restart: file to go on from, RESUME_FILE; None to begin anew.
+        note: what happened, for people; empty at the first attempt.
+        attempts: starts of the engine, this one included.
+    """
+
+    restart: RestartFile | None
+    note: str
+    attempts: Attempts
+
+    @property
+    def before(self) -> Cost:
+        """Cost of the steps before this beginning."""
+        return self.attempts.starts[-1].before
+
+
+def look(run: Run) -> tuple[RestartFile | None, str]:
+    """The restart file an attempt would go on from, and what to tell; changes nothing."""
+    earlier = read_attempts(run.part)
+    if earlier is None:
+        return None, ""
+    changed = sorted(
+        name
+        for name in {*earlier.inputs, *run.inputs}
+        if earlier.inputs.get(name) != run.inputs.get(name)
+    )
+    if changed:
+        return None, f"starts over: {', '.join(changed)} changed since the last attempt"
+    restart, problems = _newest_whole(run)
+    if restart:
+        told = f"goes on from step {restart.step - run.first} of {run.steps} ({restart.path.name})"
+    else:
+        told = "begins anew: no restart file to go on from"
+    return restart, "; ".join([told, *problems])
+
+
+def begin(run: Run) -> Beginning:
+    """Make the part folder ready for the engine, and record that it begins."""
+    restart, note = look(run)
+    earlier = read_attempts(run.part) if restart else None
+    if restart and earlier:
+        before, starts = earlier.cost_until(restart), earlier.starts
+        restart = _put_aside(restart)
+        _cut(run, restart.step)
+        # Written by the engine when it is told to end: at a step where the run would not be the
+        # same bit by bit.
+        for path in run.part.glob("restart_forced_liggghts_*"):
+            path.unlink()
+    else:
+        shutil.rmtree(run.part, ignore_errors=True)
+        run.part.mkdir()
+        before, starts = Cost(), ()
+    step = restart.step if restart else run.first
+    this = Attempt(step, time.time(), run.ranks, before)
+    attempts = Attempts(run.inputs, (*starts, this))
+    write_attempts(run.part, attempts)
+    return Beginning(restart, note, attempts)
+
+
+def _newest_whole(run: Run) -> tuple[RestartFile | None, list[str]]:
+    """The newest restart file that is whole, as is the output up to it; why others are not."""
+    found, problems = [], []
+    for name in RESTART_FILES:
+        try:
+            found.append(read_restart(run.part / name))
+        except FileNotFoundError:
+            continue
+        except (NotWholeError, OSError) as error:
+            problems.append(str(error))
+    for restart in sorted(found, key=lambda file: file.step, reverse=True):
+        try:
+            check_output(run.part, run.first, restart.step)
+            return restart, problems
+        except (NotWholeError, OSError) as error:
+            problems.append(f"{restart.path.name} is of no use: {error}")
+    return None, problems
+
+
+def _put_aside(restart: RestartFile) -> RestartFile:
+    """Out of the way of the files to come, so that there is a whole one at any moment."""
+    aside = restart.path.with_name(RESUME_FILE)
+    restart.path.replace(aside)
+    return RestartFile(
+        aside, restart.step, restart.written, restart.loop_time, restart.processor_time
+    )
+
+
+def _cut(run: Run, step: int) -> None:
+    """Drop the rows after the step: the engine appends those to come."""
+    series = run.part / SERIES
+    if not series.exists():
+        return
+    length = series_length(series, run.first, step)
+    if length < series.stat().st_size:
+        copy = series.with_name(f"{SERIES}.part")
+        shutil.copyfile(series, copy)
+        os.truncate(copy, length)
+        copy.replace(series)
