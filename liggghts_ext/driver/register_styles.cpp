@@ -16,6 +16,7 @@
 #include "fix.h"
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
+#include "fix_mill_guard.h"
 #include "fix_mill_occupancy.h"
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
@@ -65,6 +66,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
+  fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
@@ -83,6 +85,7 @@ void list_styles(std::ostream& out)
          "  pair_style gran ... surface fast\n"
          "                           Hertz-Mindlin contacts of balls, several times faster\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
+         "  fix mill/guard           stops a run that goes wrong, with the ball and the reason\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "
