@@ -27,13 +27,17 @@ using millscale::Vector;
 
 namespace {
 
-// A look at places and overlaps takes 15 to 20 % of a step, so at every 50th 0.4 %. A ball goes
-// about its own size in the meantime, and what is wrong by then stays wrong: speeds are looked at
-// at every step.
-constexpr int default_every = 50;
+// A look at walls and overlaps takes a third of a step (docs/performance.md), so 0.3 % at every
+// 100th. The paper's mill turns by 0.02 rad in the meantime. A run that goes wrong has such
+// overlaps at all times; a single impact that is over in less may pass unseen.
+constexpr int default_every = 100;
+// Speeds carry balls away and turn into NaNs, so they are looked at more often; a look takes 1 % of
+// a step.
+constexpr int speeds_every = 5;
 // Hertz's law is for overlaps that are small against the radius; at half of it two balls are as
 // good as merged. The paper's balls at 10 m/s: 0.13.
 constexpr double default_overlap = 0.5;
+constexpr int fixed_boundary = 1;  // of domain->boundary: f
 
 Vector vector_of(const double* x)
 {
@@ -45,7 +49,7 @@ Vector vector_of(const double* x)
 FixMillGuard::FixMillGuard(LAMMPS* lmp, int narg, char** arg)
     : Fix(lmp, narg, arg), every_(default_every), overlap_limit_(default_overlap)
 {
-  nevery = 1;
+  nevery = 1;  // end_of_step sorts out the steps itself
   try {
     parse(narg, arg);
   } catch (const std::invalid_argument& problem) {
@@ -91,6 +95,7 @@ void FixMillGuard::init()
           "mill: '" + mill_id_ + "' is not the id of a fix mill/similarity; define that fix first");
     const auto& mill = mill_fix_->scaled().mill;
     widths_.radius = mill.radius;
+    across_ = millscale::cross(mill_fix_->axis(), mill_fix_->down());
     speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);
     wall_ = std::make_unique<charge::WallGuard>(liner::Liner(widths_), overlap_limit_);
   } catch (const std::invalid_argument& problem) {
@@ -108,22 +113,26 @@ void FixMillGuard::setup(int)
 {
   if (force->pair && !force->pair->list)
     error->fix_error(FLERR, this, "needs the neighbour list of pair_style gran, or no pair style");
+  mill_ = millscale::Turn(mill_fix_->mill_angle());
   check_forces();
+  check_wall();
   check_overlaps();
 }
 
 void FixMillGuard::pre_exchange()
 {
   check_speeds();
-  check_places();
+  check_box();
 }
 
-/// A force that is no number makes such a velocity in the same step, before it makes a position.
+/// A force that is no number makes such a velocity in its step and such a position in the next.
 void FixMillGuard::end_of_step()
 {
-  check_speeds();
+  if (update->ntimestep % speeds_every == 0) check_speeds();
   if (update->ntimestep % every_ != 0) return;
-  check_places();
+  mill_ = millscale::Turn(mill_fix_->mill_angle());
+  check_box();
+  check_wall();
   check_overlaps();
 }
 
@@ -151,28 +160,36 @@ void FixMillGuard::check_forces() const
       stop(i, "has no finite force");
 }
 
-void FixMillGuard::check_places() const
+/// The engine deletes what leaves a box that is not periodic there and does not grow.
+void FixMillGuard::check_box() const
 {
-  const millscale::Turn mill(mill_fix_->mill_angle());
-  for (int i = 0; i < atom->nlocal; ++i) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    if (const auto fault = outside_box(i)) stop(i, *fault);
-    if (const auto fault = wall_->fault(at_rest(i, mill), atom->radius[i])) stop(i, *fault);
+  bool closed_below[3], closed_above[3];
+  for (int d = 0; d < 3; ++d) {
+    closed_below[d] = !domain->periodicity[d] && domain->boundary[d][0] == fixed_boundary;
+    closed_above[d] = !domain->periodicity[d] && domain->boundary[d][1] == fixed_boundary;
   }
+  for (int i = 0; i < atom->nlocal; ++i)
+    for (int d = 0; d < 3; ++d) {
+      const double x = atom->x[i][d];
+      const bool below = closed_below[d] && x < domain->boxlo[d];
+      const bool above = closed_above[d] && x >= domain->boxhi[d];
+      if (!(below || above || !std::isfinite(x)) || !(atom->mask[i] & groupbit)) continue;
+      stop(i, std::isfinite(x) ? std::string("is outside the box in ") + "xyz"[d]
+                               : "has no finite position");
+    }
 }
 
-/// The engine deletes what leaves a box that is not periodic there and does not grow.
-std::optional<std::string> FixMillGuard::outside_box(int i) const
+void FixMillGuard::check_wall() const
 {
-  for (int d = 0; d < 3; ++d) {
-    const double x = atom->x[i][d];
-    if (!std::isfinite(x)) return "has no finite position";
-    if (domain->periodicity[d]) continue;
-    const bool below = x < domain->boxlo[d] && domain->boundary[d][0] == 1;
-    const bool above = x >= domain->boxhi[d] && domain->boundary[d][1] == 1;
-    if (below || above) return std::string("is outside the box in ") + "xyz"[d];
+  const Vector &axis = mill_fix_->axis(), &origin = mill_fix_->origin();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double* x = atom->x[i];
+    const Vector arm{x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]};
+    const double along = millscale::dot(arm, axis);
+    if (wall_->clear(millscale::dot(arm, arm) - along * along, atom->radius[i])) continue;
+    if (!(atom->mask[i] & groupbit)) continue;
+    if (const auto fault = wall_->fault(at_rest(i), atom->radius[i])) stop(i, *fault);
   }
-  return std::nullopt;
 }
 
 void FixMillGuard::check_overlaps() const
@@ -202,14 +219,13 @@ void FixMillGuard::check_pairs_of(int i, const int* others, int count) const
   }
 }
 
-liner::Point FixMillGuard::at_rest(int i, const millscale::Turn& mill) const
+liner::Point FixMillGuard::at_rest(int i) const
 {
-  const Vector &axis = mill_fix_->axis(), &down = mill_fix_->down(), &origin = mill_fix_->origin();
   Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - origin[d];
-  const double ahead = millscale::dot(arm, millscale::cross(axis, down));
-  const double below = millscale::dot(arm, down);
-  return {-(ahead * mill.cosine - below * mill.sine), -(below * mill.cosine + ahead * mill.sine)};
+  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
+  const double ahead = millscale::dot(arm, across_), below = millscale::dot(arm, mill_fix_->down());
+  return {-(ahead * mill_.cosine - below * mill_.sine),
+          -(below * mill_.cosine + ahead * mill_.sine)};
 }
 
 /// Ends the run from this rank alone: the others may be anywhere in their step.
@@ -218,8 +234,7 @@ void FixMillGuard::stop(int i, const std::string& fault) const
   const charge::Suspect ball{atom->tag[i], vector_of(atom->x[i]), vector_of(atom->v[i]),
                              vector_of(atom->f[i])};
   const std::string message =
-      charge::report(ball, fault, static_cast<long>(update->ntimestep),
-                     wall_->where(at_rest(i, millscale::Turn(mill_fix_->mill_angle()))));
+      charge::report(ball, fault, static_cast<long>(update->ntimestep), wall_->where(at_rest(i)));
   if (comm->nprocs == 1) error->all(FLERR, message.c_str());
   for (FILE* file : {screen, logfile})
     if (file) std::fprintf(file, "ERROR on proc %d: %s\n", comm->me, message.c_str());

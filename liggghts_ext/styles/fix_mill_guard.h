@@ -19,8 +19,8 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 
 /// Stops a run that goes wrong, with the ball and the reason: velocities that are no numbers or too
-/// high at every step, places and overlaps at some steps and before the engine would lose a ball.
-/// Changes nothing and needs no collective. Arguments: docs/styles.md.
+/// high, overlaps, balls beyond the liner; also before a neighbour list, where the engine would
+/// lose a ball without a name. Changes nothing and needs no collective. Arguments: docs/styles.md.
 class FixMillGuard : public Fix {
  public:
   FixMillGuard(class LAMMPS*, int, char**);
@@ -36,11 +36,11 @@ class FixMillGuard : public Fix {
   void parse(int narg, char** arg);
   void check_speeds() const;
   void check_forces() const;
-  void check_places() const;
+  void check_box() const;
+  void check_wall() const;
   void check_overlaps() const;
   void check_pairs_of(int i, const int* others, int count) const;
-  std::optional<std::string> outside_box(int i) const;
-  millscale::liner::Point at_rest(int i, const millscale::Turn& mill) const;
+  millscale::liner::Point at_rest(int i) const;
   [[noreturn]] void stop(int i, const std::string& fault) const;
 
   std::string mill_id_;
@@ -51,6 +51,8 @@ class FixMillGuard : public Fix {
   double speed_ = 0.0;        ///< asked for [m/s]; 0: derived from the mill
   double speed_limit_ = 0.0;  ///< [m/s]
   std::unique_ptr<millscale::charge::WallGuard> wall_;
+  millscale::Vector across_{};  ///< direction of rotation at the bottom
+  millscale::Turn mill_{0.0};   ///< at the last look
 };
 
 }  // namespace LAMMPS_NS
