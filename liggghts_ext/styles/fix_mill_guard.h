@@ -46,7 +46,7 @@ class FixMillGuard : public Fix {
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
   millscale::liner::Widths widths_;
-  int every_;
+  int every_, speeds_every_ = 1;  ///< steps between two looks
   double overlap_limit_;
   double speed_ = 0.0;        ///< asked for [m/s]; 0: derived from the mill
   double speed_limit_ = 0.0;  ///< [m/s]
