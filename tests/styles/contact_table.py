@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections import defaultdict
 from pathlib import Path
 
@@ -33,6 +34,13 @@ def write_contact_docs(docs: Path, rows: list[dict], command: str) -> None:
     text = json.dumps(document, indent=1, allow_nan=False)
     (docs / "results" / "contact-tests.json").write_text(text + "\n")
     (docs / "contact-tests.md").write_text(page(document))
+
+
+def excess(error: float, tolerance: float) -> float:
+    """Error over tolerance; what should be exact and is not is infinitely off."""
+    if not math.isfinite(error):
+        return math.inf
+    return error / tolerance if tolerance > 0.0 else math.inf if error > 0.0 else 0.0
 
 
 def page(document: dict) -> str:
@@ -75,7 +83,7 @@ def _lines(rows: list[dict]) -> list[str]:
 
 
 def _cells(test: str, quantity: str, verdict: str, group: list[dict]) -> list[str]:
-    worst = max(group, key=lambda r: r["error"] / r["tolerance"])
+    worst = max(group, key=lambda r: excess(r["error"], r["tolerance"]))
     steps = sorted({r["dt_s"] for r in group} - {None})
     dt = "" if not steps else f"{steps[0]:.2g}" + (f" to {steps[-1]:.2g}" if steps[1:] else "")
     at = f" ({worst['at']})" if worst["at"] else ""

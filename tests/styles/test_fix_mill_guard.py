@@ -99,12 +99,22 @@ def test_a_ball_outside_the_mill_is_named_with_the_wall_it_went_through(tmp_path
 
 
 @pytest.mark.parametrize("contacts", ["stock", "fast"])
-def test_a_ball_is_named_before_the_engine_loses_it(tmp_path, contacts):
+def test_a_ball_is_named_before_the_engine_loses_it(tmp_path, contact_row, contacts):
     # Out of an end that is open. Without the guard the engine only counts the balls it has left.
     deck = _deck(tmp_path, [AIR, BELOW], "velocity all set 0 5 0\n", wall="analytic")
     deck = with_contacts(deck.replace("boundary f p f", "").replace("f p f", "f f f"), contacts)
     words = _stopped(tmp_path, deck + " every 100000", 2000)
-    assert "ball 1 is outside the box in y" in words or "ball 2 is outside the box in y" in words
+    named = [f"ball {ball} is outside the box in y; step" in words for ball in (1, 2)]
+    contact_row(
+        "fault: balls are lost without a name",
+        contacts,
+        "analytic",
+        "balls named with step, position and nearest wall",
+        expected=1.0,
+        got=sum(named),
+        tolerance=0.0,
+        reason="the first one stops the run",
+    )
     assert "Lost atoms" in run(tmp_path, deck.replace(GUARD, "") + "\nrun 2000\n").text
 
 

@@ -256,6 +256,7 @@ def _of_two_balls(impact: Impact, dt: float):
         "type": np.full(n, 2),
         "radius": np.full(n, impact.other_radius),
         "density": np.full(n, impact.other.density),
+        "side": -np.ones(n),
     }
     return {key: np.concatenate([first[key], second[key]]) for key in first}
 
@@ -272,6 +273,7 @@ def _bodies(impact: Impact, position, normal, along):
         "density": np.full(n, impact.ball.density),
         "normal": normal,
         "along": along,
+        "side": np.ones(n),  # 1: the ball, -1: the other one
     }
 
 
@@ -316,18 +318,31 @@ STATE = "x y z vx vy vz omegax omegay omegaz fx fy fz"
 def in_engine(
     folder: Path, impact: Impact, path: str, wall: str, dt: float, every: int | None = None
 ) -> list[Rebound]:
-    """Rebounds in the engine after four elastic durations and more for lossy impacts.
+    """Rebounds in the engine after three elastic durations and more for lossy impacts.
 
     Args:
         path: of contact_paths. wall: "mesh", "analytic", or "none" for two balls.
         every: steps between returned states; default only the last.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     bodies = _of_two_balls(impact, dt) if wall == "none" else _on_plane(impact, dt)
-    deck = _deck(folder, impact, bodies, path, wall, dt)
     longest = float(impact.hertz()[2].max())
     steps = math.ceil((3.0 - 2.0 * math.log(max(impact.restitution, 0.05))) * longest / dt)
-    every = every or steps
+    states = _run(folder, _deck(folder, impact, bodies, path, wall, dt), steps, every or steps)
+    return [_rebound(bodies, s) for s in (states if every else states[-1:])]
+
+
+def force_at_rest(folder: Path, impact: Impact, path: str, overlap: float) -> np.ndarray:
+    """(n,) forces [N] on balls that rest with an overlap [m] with their others."""
+    still = replace(impact, towards=0.0 * impact.towards)
+    bodies = _of_two_balls(still, 0.0)
+    bodies["position"] = (
+        bodies["position"] - 0.5 * overlap * bodies["side"][:, None] * bodies["normal"]
+    )
+    deck = _deck(folder, still, bodies, path, "none", 1e-9)
+    return _rebound(bodies, _run(folder, deck, 0, 1)[0]).force
+
+
+def _run(folder: Path, deck: str, steps: int, every: int) -> list[dict[str, np.ndarray]]:
     deck += (
         f"dump state all custom {every} *.dump id {STATE}\n"
         f'dump_modify state format "%d{" %.17g" * len(STATE.split())}"\nrun {steps}\n'
@@ -335,11 +350,11 @@ def in_engine(
     result: Ran = run(folder, deck)
     assert result.code == 0, result.text[-1500:]
     files = sorted(folder.glob("*.dump"), key=lambda file: int(file.stem))
-    states = [read_dump(file) for file in files]
-    return [_rebound(bodies, s) for s in (states if every < steps else states[-1:])]
+    return [read_dump(file) for file in files]
 
 
 def _deck(folder: Path, impact: Impact, bodies, path: str, wall: str, dt: float) -> str:
+    folder.mkdir(parents=True, exist_ok=True)
     reach = max(impact.radius, impact.other_radius or 0.0)
     if wall == "none":
         low, high = bodies["position"].min(axis=0), bodies["position"].max(axis=0)
