@@ -1,6 +1,6 @@
 """The fixture `contact_row`: a check of the contact law that is also a row of the published table.
 
-    python -m pytest -m contact --contact-docs docs
+    python -m pytest tests -m contact --contact-docs docs
 
 runs every test that makes rows, slow ones too, and writes docs/results/contact-tests.json and
 docs/contact-tests.md from them. Without the option the rows are only asserted.
@@ -15,7 +15,7 @@ import pytest
 
 from contact_table import excess, write_contact_docs
 
-_COMMAND = "python -m pytest -m contact --contact-docs docs"
+_COMMAND = "python -m pytest tests -m contact --contact-docs docs"
 _ROWS = pytest.StashKey[list]()
 
 

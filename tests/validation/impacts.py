@@ -238,12 +238,12 @@ def _on_plane(impact: Impact, dt: float):
 
 
 def _of_two_balls(impact: Impact, dt: float):
-    """Pairs along a row: first all balls, then all others below them."""
+    """Pairs side by side, so that none flies into another: first all balls, then all others."""
     n = len(impact.towards)
     wide = 3.0 * max(impact.radius, impact.other_radius)
     normal = np.tile([0.0, 0.0, 1.0], (n, 1))
     along = np.tile([1.0, 0.0, 0.0], (n, 1))
-    place = np.column_stack([wide * (np.arange(n) + 1.0), np.zeros(n), np.zeros(n)])
+    place = np.column_stack([np.zeros(n), wide * (np.arange(n) + 1.0), np.zeros(n)])
     gap = GAP * dt * impact.closing
     ball = place + (impact.radius + gap)[:, None] * normal
     other = place - impact.other_radius * normal
@@ -333,12 +333,11 @@ def in_engine(
 
 def force_at_rest(folder: Path, impact: Impact, path: str, overlap: float) -> np.ndarray:
     """(n,) forces [N] on balls that rest with an overlap [m] with their others."""
-    still = replace(impact, towards=0.0 * impact.towards)
-    bodies = _of_two_balls(still, 0.0)
+    bodies = _of_two_balls(replace(impact, towards=0.0 * impact.towards), 0.0)
     bodies["position"] = (
         bodies["position"] - 0.5 * overlap * bodies["side"][:, None] * bodies["normal"]
     )
-    deck = _deck(folder, still, bodies, path, "none", 1e-9)
+    deck = _deck(folder, impact, bodies, path, "none", 1e-9)
     return _rebound(bodies, _run(folder, deck, 0, 1)[0]).force
 
 
@@ -358,9 +357,9 @@ def _deck(folder: Path, impact: Impact, bodies, path: str, wall: str, dt: float)
     reach = max(impact.radius, impact.other_radius or 0.0)
     if wall == "none":
         low, high = bodies["position"].min(axis=0), bodies["position"].max(axis=0)
-        box = [
-            (float(a - 3.0 * reach), float(b + 3.0 * reach)) for a, b in zip(low, high, strict=True)
-        ]
+        flight = 7.0 * float(impact.hertz()[2].max()) * float(np.abs(bodies["velocity"]).max())
+        room = 3.0 * reach + flight
+        box = [(float(a) - room, float(b) + room) for a, b in zip(low, high, strict=True)]
         boundary, walls = "f f f", ""
     else:
         across = 1.02 * DRUM * impact.radius
