@@ -26,7 +26,7 @@ class Case:
         S, froude, filling, thickness: of the mill; thickness of the slice in ball diameters.
         restitution, friction: of all contacts; None: the campaign's.
         softer: factor on Young's modulus.
-        smallest: smallest over largest radius; half of the balls' volume then is of small ones.
+        smallest: smallest over largest radius, if there are two sizes.
         duration: simulated time [s].
         steps: instead of `duration`, the number of steps.
         only: shares of the Rayleigh time; empty: the whole ladder, with the step where it turns.

@@ -11,6 +11,7 @@ from mill_validation.cases import Case, Mill
 
 JUST_APART = 1.02  # distance of centres over the sum of radii in a heap
 SOLID = 0.6  # of a bed
+SMALL_SHARE = 0.05  # of the volume, where there are two sizes
 LEADING = 1  # kind of a polygon's edge
 BLOW, SHOT = 5.0, 10.0  # [m/s]
 DEEP = 0.1  # overlap over radius
@@ -49,10 +50,11 @@ def _heap(case: Case, mill: Mill, seed: int) -> Balls:
     """A grid of balls from the bottom up, shaken a bit; smaller ones above the larger."""
     random = np.random.default_rng(seed)
     area = np.pi * mill.radius**2
-    volume = case.filling * SOLID * area * mill.length / len(mill.radii)
+    volume = case.filling * SOLID * area * mill.length
+    shares = (1.0,) if len(mill.radii) == 1 else (1.0 - SMALL_SHARE, SMALL_SHARE)
     places, sizes, floor = [], [], -mill.radius
-    for radius in mill.radii:
-        count = max(1, round(volume / (4.0 / 3.0 * np.pi * radius**3)))
+    for radius, share in zip(mill.radii, shares, strict=True):
+        count = max(1, round(share * volume / (4.0 / 3.0 * np.pi * radius**3)))
         grid = _grid(mill, radius, floor)
         if len(grid) < count:
             raise ValueError(f"{case.name}: {count} balls of {radius} m need {len(grid)} places")
@@ -70,13 +72,13 @@ def _grid(mill: Mill, radius: float, floor: float) -> np.ndarray:
     axis = np.arange(-mill.radius, mill.radius, step)
     x, y, z = np.meshgrid(axis, (np.arange(along) + 0.5) * mill.length / along, axis)
     places = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    places[:, 2] += max(0.0, floor + radius - places[:, 2].min())
+    places[:, 2] += max(0.0, floor + JUST_APART * radius - places[:, 2].min())
     section = np.ascontiguousarray(places[:, [0, 2]])
     inside = np.hypot(*section.T) < mill.lifter_top_radius
     clear = np.zeros(len(places), bool)
     near = mill.liner.nearest(np.ascontiguousarray(section[inside]))
     clear[inside] = near.distance > JUST_APART * radius
-    clear &= places[:, 2] >= floor + 0.999 * radius
+    clear &= places[:, 2] >= floor + (JUST_APART - 1e-9) * radius
     return places[clear][np.argsort(places[clear][:, 2], kind="stable")]
 
 
