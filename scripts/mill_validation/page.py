@@ -103,7 +103,7 @@ def _turn(turn: dict) -> str:
         turn["case"],
         turn["path"],
         _number(turn["stable_up_to"], "{:g}"),
-        _number(by, "{:g}") or "not up to 0.4",
+        _number(by, "{:g}") or f"not up to {turn['stable_up_to']:g}",
         _number(by and by / limit, "{:.2f}"),
         turn["turns_to"] or "",
         _number(turn["scatter"], "{:.1%}"),
