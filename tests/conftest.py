@@ -3,7 +3,8 @@
     python -m pytest tests -m contact --contact-docs docs
 
 runs every test that makes rows, slow ones too, and writes docs/results/contact-tests.json and
-docs/contact-tests.md from them. Without the option the rows are only asserted.
+docs/contact-tests.md from them. Without the option the rows are only asserted. With
+`--contact-keep` and -k a part of the tests is run anew.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contact_table import excess, write_contact_docs
+from contact_table import excess, with_kept, write_contact_docs
 
 _COMMAND = "python -m pytest tests -m contact --contact-docs docs"
 _ROWS = pytest.StashKey[list]()
@@ -21,6 +22,9 @@ _ROWS = pytest.StashKey[list]()
 
 def pytest_addoption(parser):
     parser.addoption("--contact-docs", type=Path, help="docs folder for the table of contact tests")
+    parser.addoption(
+        "--contact-keep", action="store_true", help="keep the table's rows of tests that do not run"
+    )
 
 
 def pytest_configure(config):
@@ -97,4 +101,7 @@ def contact_row(request):
 def pytest_sessionfinish(session):
     docs = session.config.getoption("--contact-docs")
     if docs is not None:
-        write_contact_docs(docs, session.config.stash[_ROWS], _COMMAND)
+        rows = session.config.stash[_ROWS]
+        if session.config.getoption("--contact-keep"):
+            rows = with_kept(docs, rows)
+        write_contact_docs(docs, rows, _COMMAND)

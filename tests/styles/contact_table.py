@@ -24,11 +24,20 @@ is known to be wrong there, and the test expects it to be.
 """
 
 
+_KEY = ("test", "quantity", "path", "wall", "dt_s")
+
+
+def with_kept(docs: Path, rows: list[dict]) -> list[dict]:
+    """The rows, and those of the table in the docs folder that they do not replace."""
+    file = docs / "results" / "contact-tests.json"
+    new = {tuple(row[k] for k in _KEY) for row in rows}
+    old = json.loads(file.read_text())["rows"] if file.exists() else []
+    return rows + [row for row in old if tuple(row[k] for k in _KEY) not in new]
+
+
 def write_contact_docs(docs: Path, rows: list[dict], command: str) -> None:
     """Write the rows, ordered, and the page made of them."""
-    rows = sorted(
-        rows, key=lambda r: tuple(str(r[k]) for k in ("test", "quantity", "path", "wall", "dt_s"))
-    )
+    rows = sorted(rows, key=lambda r: tuple(str(r[k]) for k in _KEY))
     document = {"schema": 1, "rows": rows, "provenance": provenance() | {"command": command}}
     (docs / "results").mkdir(parents=True, exist_ok=True)
     text = json.dumps(document, indent=1, allow_nan=False)
