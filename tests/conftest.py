@@ -101,7 +101,7 @@ def contact_row(request):
 def pytest_sessionfinish(session):
     docs = session.config.getoption("--contact-docs")
     if docs is not None:
-        rows = session.config.stash[_ROWS]
+        rows, command = session.config.stash[_ROWS], _COMMAND
         if session.config.getoption("--contact-keep"):
-            rows = with_kept(docs, rows)
-        write_contact_docs(docs, rows, _COMMAND)
+            rows, command = with_kept(docs, rows), f"{_COMMAND} --contact-keep"
+        write_contact_docs(docs, rows, command)
