@@ -17,6 +17,7 @@
 #include "fix_contact_damping.h"
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
+#include "fix_mill_guard.h"
 #include "fix_mill_occupancy.h"
 #include "fix_mill_restart.h"
 #include "fix_mill_similarity.h"
@@ -69,6 +70,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
+  fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
@@ -88,6 +90,7 @@ void list_styles(std::ostream& out)
          "                           Hertz-Mindlin contacts of balls, several times faster\n"
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
          "  fix mill/restart         tells whole restart files from cut ones\n"
+         "  fix mill/guard           stops a run that goes wrong, with the ball and the reason\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "

@@ -84,7 +84,7 @@ class TouchFinder {
   {
     Touches found;
     const double square = p.x * p.x + p.z * p.z, reach = clear_radius_ - ball_radius;
-    if (reach > 0.0 && square < reach * reach) return found;
+    if (reach > 0.0 && !(square >= reach * reach)) return found;  // nor does a NaN touch
     const int groove = groove_of(p);
     const Local at = grooves_[groove].local(p);
     touch_groove(groove, at, p, std::sqrt(square), ball_radius, found);

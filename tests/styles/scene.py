@@ -72,6 +72,8 @@ def run_file(folder: Path, deck: str, ranks: int = 1) -> Ran:
     line = ["mpirun", "-np", str(ranks), "--bind-to", "none", "--oversubscribe"] * (ranks > 1)
     # On a busy machine ranks that wait give way to those that work.
     environment = dict(os.environ) | {"OMPI_MCA_mpi_yield_when_idle": "1"}
+    if ranks == 1:  # without mpirun: no daemon of its own
+        environment |= {"OMPI_MCA_ess_singleton_isolated": "1"}
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     done = subprocess.run(

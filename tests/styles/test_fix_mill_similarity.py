@@ -210,14 +210,24 @@ def test_help_lists_the_styles_before_those_of_the_engine(tmp_path):
 @pytest.mark.parametrize(
     "steps", [2000, pytest.param(1_000_000, marks=pytest.mark.validate, id="1e6")]
 )
-def test_the_mesh_stays_on_the_axis(tmp_path, steps):
+def test_the_mesh_stays_on_the_axis(tmp_path, contact_row, steps):
     deck = _turning_drum(tmp_path, "", steps).replace("omega 2e-5", "omega 2.0")
     deck = deck.replace("gravity 1e-9", "gravity 9.81")
     deck = deck.replace("create_atoms 1 single 0 0.1 0", "create_atoms 1 single 0 0.1 -0.479")
     result = run(tmp_path, deck + 'print "mesh $(f_mill[1]) $(f_mill[14])"\n')
     angle, wobble = result.printed("mesh")
     assert angle == pytest.approx(2.0 * steps * 1e-4, rel=1e-14)
-    assert wobble < 1e-12
+    contact_row(
+        "fault: a rotating mesh wobbles",
+        "-",
+        "mesh",
+        f"mean node from the axis / radius after {steps} steps",
+        dt=1e-4,
+        expected=0.0,
+        got=wobble,
+        tolerance=1e-12,
+        reason="rounding: the nodes are turned from stored places by the step's angle",
+    )
 
 
 def test_a_mesh_off_the_axis_wobbles(tmp_path):

@@ -1,0 +1,1 @@
+"""Hard cases for numerical stability, in the engine, and the map of where they turn unstable."""

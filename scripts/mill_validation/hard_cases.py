@@ -1,0 +1,169 @@
+"""`python -m mill_validation.hard_cases [--docs DIR] [--only WORDS]`: runs the hard cases and
+writes docs/results/hard-cases.json and docs/hard-cases.md."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mill_bench.record import provenance
+from mill_validation.cases import CASES, Case, base_campaign, mill_of
+from mill_validation.deck import PATHS, run_case
+from mill_validation.page import page
+from mill_validation.scenes import balls_of
+from mill_validation.verdict import STABLE, Measured, energy_error, measure, verdict
+
+# Shares of the Rayleigh time. The first are resolved: they differ by chaos, not by the step, and
+# their mean is the reference.
+RESOLVED = (0.05, 0.1)
+LADDER = (*RESOLVED, 0.2, 0.4)
+SEED = 1
+ORDER = [case.name for case in CASES]
+# The engine's mesh wall takes a fifth of a millisecond a step.
+STOCK_STEPS = 100_000
+
+
+class Study:
+    """Runs of one case on one path."""
+
+    def __init__(self, case: Case, path: str, folder: Path):
+        if path == "stock" and case.steps:
+            case = replace(case, steps=min(case.steps, STOCK_STEPS))
+        self.case, self.path = case, path
+        self._folder = folder
+        self._mill = mill_of(case, base_campaign())
+        self._found: dict[float, Measured] = {}
+
+    def run(self, share: float) -> None:
+        """A run at a share of the Rayleigh time."""
+        balls = balls_of(self.case, self._mill, SEED)
+        step = share * self._mill.rayleigh_time
+        folder = self._folder / f"{share:g}"
+        ran = run_case(folder, self.case, self._mill, balls, self.path, step)
+        self._found[share] = measure(self.case, self._mill, balls, ran)
+
+    def rows(self) -> list[dict]:
+        """The ladder, and one step more between the last stable and the first that is not."""
+        for share in self.case.only or LADDER:
+            self.run(share)
+        rows = self._rows()
+        bad = next((k for k, r in enumerate(rows) if r["verdict"] != STABLE), 0)
+        if bad > 0:
+            low, high = (rows[k]["dt_over_rayleigh"] for k in (bad - 1, bad))
+            self.run(round((low * high) ** 0.5, 4))
+        return self._rows()
+
+    def reference(self) -> float:
+        """Mean energy of the resolved runs that came to their end; NaN if none did."""
+        energies = [self._found[s].energy for s in RESOLVED if s in self._found]
+        ended = [e for e in energies if np.isfinite(e)]
+        return float(np.mean(ended)) if ended else float("nan")
+
+    def scatter(self) -> float | None:
+        """Largest energy error of a resolved run."""
+        errors = [r["energy_error"] for r in self._rows() if r["dt_over_rayleigh"] in RESOLVED]
+        return max((e for e in errors if e is not None), default=None)
+
+    def _rows(self) -> list[dict]:
+        return [self._row(share, self._found[share]) for share in sorted(self._found)]
+
+    def _row(self, share: float, found: Measured) -> dict:
+        error = energy_error(self.case, found, self.reference())
+        step = share * self._mill.rayleigh_time
+        numbers = {
+            "energy_error": error,
+            "max_overlap": found.max_overlap,
+            "spin_noise": found.spin_noise,
+        }
+        return {
+            "case": self.case.name,
+            "path": self.path,
+            "dt": step,
+            "dt_over_rayleigh": share,
+            "dt_over_damping_limit": step / self._mill.damping_limit,
+            **{k: float(v) if np.isfinite(v) else None for k, v in numbers.items()},
+            "lost": found.lost,
+            "stopped_by": found.stopped_by,
+            "verdict": verdict(self.case, found, error),
+        }
+
+
+def turn_of(rows: list[dict]) -> dict:
+    """Of one case and path: the largest step up to which all is stable, the first that is not."""
+    bad = next((r for r in rows if r["verdict"] != STABLE), None)
+    good = [r for r in rows if bad is None or r["dt"] < bad["dt"]]
+    return {
+        "case": rows[0]["case"],
+        "path": rows[0]["path"],
+        "stable_up_to": good[-1]["dt_over_rayleigh"] if good else None,
+        "turns_by": bad["dt_over_rayleigh"] if bad else None,
+        "turns_to": bad["verdict"] if bad else None,
+        "rayleigh_s": rows[0]["dt"] / rows[0]["dt_over_rayleigh"],
+        "damping_limit_over_rayleigh": rows[0]["dt_over_rayleigh"]
+        / rows[0]["dt_over_damping_limit"],
+    }
+
+
+def run_all(cases: tuple[Case, ...], before: dict) -> Iterator[dict]:
+    """Rows and turns of the cases on all paths, after each case those so far.
+
+    Args:
+        before: results of other cases, which are kept.
+    """
+    wanted = {case.name for case in cases}
+    rows, turns = (
+        [x for x in before.get(part, []) if x["case"] not in wanted and x["case"] in ORDER]
+        for part in ("rows", "turns")
+    )
+    began = time.time()
+    for case in cases:
+        for path in PATHS:
+            with tempfile.TemporaryDirectory(prefix="hard-case-") as folder:
+                study = Study(case, path, Path(folder))
+                own = study.rows()
+                rows += own
+                turns.append(turn_of(own) | {"scatter": study.scatter()})
+            until = turns[-1]["turns_by"] or "never"
+            print(
+                f"{time.time() - began:5.0f} s  {case.name}, {path}: turns by {until}", flush=True
+            )
+        yield {"schema": 1, "rows": in_order(rows), "turns": in_order(turns)}
+
+
+def in_order(rows: list[dict]) -> list[dict]:
+    """As the table of cases has them."""
+    return sorted(rows, key=lambda row: ORDER.index(row["case"]))
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--docs", type=Path, default=Path("docs"))
+    arguments.add_argument(
+        "--only", default="", help="cases whose name holds these words; keeps the others' results"
+    )
+    given = arguments.parse_args()
+    cases = tuple(case for case in CASES if given.only in case.name)
+    record = provenance() | {"command": "python -m mill_validation.hard_cases"}
+    kept = given.docs / "results" / "hard-cases.json"
+    before = json.loads(kept.read_text()) if given.only and kept.exists() else {}
+    for found in run_all(cases, before):
+        write(given.docs, found | {"provenance": record})
+
+
+def write(docs: Path, document: dict) -> None:
+    """The results and the page made of them."""
+    (docs / "results").mkdir(parents=True, exist_ok=True)
+    text = json.dumps(document, indent=1, allow_nan=False)
+    (docs / "results" / "hard-cases.json").write_text(text + "\n")
+    (docs / "hard-cases.md").write_text(page(document))
+
+
+if __name__ == "__main__":
+    main()
