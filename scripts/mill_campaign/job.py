@@ -29,6 +29,7 @@ from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stag
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 FAILED = 1
+TOLD = 2  # the child has said what is wrong
 
 
 def bring(folder: Path, ranks: int) -> int:
@@ -57,7 +58,8 @@ def run_job(folders: list[Path], ranks: int) -> int:
         if code == INTERRUPTED:
             return INTERRUPTED
         if code not in (0, FAILED):
-            print(f"{folder.name}: its process ended with {code}", file=sys.stderr)
+            if code != TOLD:
+                print(f"{folder.name}: its process ended with {code}", file=sys.stderr)
             lost = True
     return 1 if lost else 0
 
@@ -111,7 +113,7 @@ def _guarded(work: Callable[[], int]) -> int:
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
-    return 2
+    return TOLD
 
 
 def main() -> int:

@@ -14,7 +14,7 @@ import shlex
 import socket
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
@@ -58,13 +58,13 @@ def files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:
 
 
 def stage_provenance(
-    folder: Path, part: Path, inputs: Iterable[str], log: Path, ranks: int
+    folder: Path, inputs: Iterable[str], made: Mapping[str, Path], log: Path, ranks: int
 ) -> dict[str, Any]:
     """What provenance.json says of a stage that is about to publish its products.
 
     Args:
         folder: case folder, with the inputs.
-        part: folder with everything the stage made.
+        made: files and folders of files the stage publishes, by name.
         log: of the engine; need not exist.
     """
     engine = {}
@@ -81,8 +81,9 @@ def stage_provenance(
         "ended": time.time(),
         "inputs": {name: digest_of(folder / name) for name in files_of(folder, inputs)},
         "products": {
-            name: digest_of(part / name)
-            for name in files_of(part, (x.name for x in part.iterdir()))
+            name: digest_of(path.parent / name)
+            for path in made.values()
+            for name in files_of(path.parent, [path.name])
         },
     }
 

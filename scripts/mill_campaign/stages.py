@@ -101,15 +101,23 @@ def _work(task: Task) -> None:
 def _record_provenance(task: Task) -> None:
     # A log of an earlier run would say that the engine had run.
     log = task.folder / task.log if task.stage.deck else task.part / task.log
-    made = provenance.stage_provenance(task.folder, task.part, task.stage.inputs, log, task.ranks)
+    made = provenance.stage_provenance(task.folder, task.stage.inputs, _made(task), log, task.ranks)
     provenance.write_provenance(task.folder, task.part, task.stage.name, made)
+
+
+def _made(task: Task) -> dict[str, Path]:
+    """What the stage made, by name: not its links to inputs, nor what only attempts need."""
+    return {
+        path.name: path
+        for path in task.part.iterdir()
+        if not path.is_symlink() and path.name not in OF_ATTEMPTS
+    }
 
 
 def _publish(task: Task) -> None:
     """Rename what the stage made into the case folder, its products last and in their order."""
-    made = {path.name for path in task.part.iterdir() if not path.is_symlink()} - OF_ATTEMPTS
-    products = list(task.stage.products)
-    for name in [*sorted(made.difference(products)), *(x for x in products if x in made)]:
+    made, products = _made(task), list(task.stage.products)
+    for name in [*sorted(set(made).difference(products)), *(x for x in products if x in made)]:
         target = task.folder / name
         if target.is_dir():
             shutil.rmtree(target)
