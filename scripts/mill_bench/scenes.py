@@ -44,7 +44,7 @@ SCENES = {
     for scene in (
         Scene("s2.6", MILLS, "mb-cg-paper-S2.600", 1, 4000, 800),
         Scene("s1", MILLS, "mb-cg-paper-S1.000", 2, 1000, 200),
-        Scene("drum", DRUM, "mb-cg-paper-S1.000", 1, 4000, 400),
+        Scene("drum", DRUM, "mb-cg-paper-S1.000", 1, 2000, 400),
     )
 }
 

@@ -68,7 +68,8 @@ def run_workflow(
         process = subprocess.Popen(
             line,
             cwd=runs,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            # A module in the runs folder must not be run, whoever starts a Python.
+            env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONSAFEPATH": "1"},
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,

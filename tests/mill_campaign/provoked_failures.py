@@ -236,7 +236,7 @@ _STIFF = "Young's modulus of 1e11 Pa, step as before"
 _COUNTED = "rank killed by signal 9, count of kills for memory raised by hand"
 PROVOCATIONS = (
     Provocation("nan", BALL, "rotate", "Young's modulus of 1e300 Pa", nan),
-    Provocation("nan", BALL, "rotate", "time step ten times too long", beyond_all_bounds),
+    Provocation("lost ball", BALL, "rotate", "time step ten times too long", beyond_all_bounds),
     Provocation("overlap too large", CHARGE, "settle", "Young's modulus of 2e4 Pa", overlap),
     Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball),
     Provocation("mesh error", BALL, "rotate", "five lines cut out of liner.stl", mesh_error),

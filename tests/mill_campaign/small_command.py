@@ -26,7 +26,7 @@ class Millscale:
     runs: Path
 
     def environment(self, **more: str) -> dict[str, str]:
-        path = [str(STAND_IN / "packages"), os.environ.get("PYTHONPATH", "")]
+        path = [str(STAND_IN / "packages"), *filter(None, [os.environ.get("PYTHONPATH")])]
         engine = {"MILLSCALE_ENGINE": str(STAND_IN / "liggghts_mill")}
         return {**os.environ, **engine, "PYTHONPATH": os.pathsep.join(path), **more}
 
