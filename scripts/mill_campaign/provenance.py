@@ -100,6 +100,7 @@ def code() -> dict[str, Any]:
     }
 
 
+@cache
 def installed_version() -> str:
     """Version of the installed package; "source" when run from the source tree."""
     try:
