@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 from rich.console import Console
 
-from mill_campaign.engine_log import error_line
-from mill_campaign.engine_run import engine_environment
+from mill_campaign.engine_run import engine_text
 from mill_campaign.errors import CampaignError
 from mill_campaign.machine import CoreWish
 from mill_campaign.run_command import request, run_campaign
@@ -32,17 +30,7 @@ def engine_output(line: list, folder: Path) -> str:
     Raises:
         RuntimeError: it did not come to the end.
     """
-    done = subprocess.run(
-        line,
-        cwd=folder,
-        env=engine_environment(),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
-    text = done.stdout + done.stderr
-    cause = error_line(text)
-    if done.returncode or cause:
-        raise RuntimeError(f"{line[0]} in {folder}: {cause or f'exit code {done.returncode}'}")
+    text, cause = engine_text(line, folder)
+    if cause:
+        raise RuntimeError(f"{line[0]} in {folder}: {cause}")
     return text

@@ -134,6 +134,22 @@ def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
     return Spent(time.monotonic() - begin, _processor_time() - processor_begin)
 
 
+def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
+    """Run an engine in a folder; what it printed, and why it did not come to its end, if so."""
+    done = subprocess.run(
+        line,
+        cwd=folder,
+        env=engine_environment(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        errors="replace",
+    )
+    text = done.stdout + done.stderr
+    ended = f"exit code {done.returncode}" if done.returncode else None
+    return text, error_line(text) or ended
+
+
 def engine_environment() -> dict[str, str]:
     # A job of Slurm is one node: what MPI would read there is about steps, and differs by site.
     own = {k: v for k, v in os.environ.items() if not k.startswith(("SLURM_", "PMI_", "PMIX_"))}

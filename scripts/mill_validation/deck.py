@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import functools
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from liner_mesh import build_liner_mesh, curvature_deg, write_stl
-from mill_campaign.engine_log import error_line
-from mill_campaign.engine_run import engine_environment, find_engine
+from mill_campaign.engine_run import engine_text, find_engine
 from mill_validation.cases import MILL, Case, Mill
 from mill_validation.scenes import SETTLING, Balls
 
@@ -45,18 +43,7 @@ def run_case(folder: Path, case: Case, mill: Mill, balls: Balls, path: str, step
     steps = case.steps or round(case.duration / step)
     _write_balls(folder / "balls.data", mill, balls)
     (folder / "case.in").write_text(_deck(folder, case, mill, balls, path, step, steps))
-    done = subprocess.run(
-        [str(find_engine()), "-in", "case.in"],
-        cwd=folder,
-        env=engine_environment(),
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        errors="replace",
-    )
-    cause = error_line(done.stdout + done.stderr)
-    if done.returncode and not cause:
-        cause = f"the engine ended with code {done.returncode}"
+    _, cause = engine_text([str(find_engine()), "-in", "case.in"], folder)
     return Ran(_read_series(folder / "series.csv"), _read_spins(folder), cause)
 
 
