@@ -76,6 +76,7 @@ struct BallTouch {
   Triple<Number> spin_i, spin_j;  ///< [rad/s]
   Triple<Number> displacement;    ///< the contact's memory [m]
   Number held{0.0};               ///< sum of both balls' `damping_held` [-]; read if bounded
+  Number excess{0.0};  ///< square of the radii's sum over `square` [m^2]; read if `from_excess`
 };
 
 template <class Number>
@@ -108,7 +109,9 @@ struct BallTerms {
 /// constant rolling friction, the arithmetic of LIGGGHTS's `hertz`, `history` and `cdt`, in a form
 /// without branches so that it also works on packs of numbers. Powder Technology 335 (2018)
 /// 91-102, Eqs. 16-22. dt [s] advances the memory; with `advance` false it is used as it is.
-template <class Number>
+/// An overlap is a small difference of lengths. In single precision it is better had from that of
+/// their squares, `from_excess`, which the caller works out in double precision.
+template <bool from_excess = false, class Number>
 inline BallForces<Number> ball_force(const BallTouch<Number>& touch, const BallLaw<Number>& law,
                                      const BallTerms& terms, double dt, bool advance)
 {
@@ -118,7 +121,8 @@ inline BallForces<Number> ball_force(const BallTouch<Number>& touch, const BallL
   const Number distance = sqrt(touch.square), inverse = one / distance;
   const Triple<Number> normal = inverse * touch.apart;
   const Number radii = touch.radius_i + touch.radius_j;
-  const Number gap = radii - distance, overlap = choose(gap > zero, gap, zero);
+  const Number gap = from_excess ? touch.excess / (radii + distance) : radii - distance;
+  const Number overlap = choose(gap > zero, gap, zero);
   const Number masses = touch.mass_i + touch.mass_j;
   const Number inverses = one / (radii * masses);
   const Number radius = touch.radius_i * touch.radius_j * (inverses * masses);

@@ -49,6 +49,13 @@ struct Touches {
   void add(const Touch& t) { touch[static_cast<std::size_t>(count++)] = t; }
 };
 
+/// What one look at a ball leaves for the next, so that most looks are short.
+struct Look {
+  int groove = -1;     ///< the centre was in the sector of this groove; -1: not known
+  double clear = 0.0;  ///< way of the centre, in the mill's frame, that ends in no touch [m]; 0 of
+                       ///< a ball that touches
+};
+
 /// Finds the touches of many balls with one liner, with exact arcs or the given chords: what does
 /// not depend on the ball is worked out once.
 class TouchFinder {
@@ -61,6 +68,7 @@ class TouchFinder {
         per_pitch_(1.0 / liner.pitch()),
         cos_half_pitch_(std::cos(0.5 * liner.pitch())),
         sin_half_pitch_(std::sin(0.5 * liner.pitch())),
+        arc_radius_(chords.count > 0 ? chords.inner_radius : liner.radius()),
         tan_half_groove_(std::tan(liner.groove_half_angle())),
         cos_face_(std::cos(liner.face_angle())),
         sin_face_(std::sin(liner.face_angle()))
@@ -82,30 +90,63 @@ class TouchFinder {
   /// in the frame of the mill at rest.
   Touches touches(Point p, double ball_radius) const
   {
+    Look look;
+    return touches(p, ball_radius, look);
+  }
+
+  /// The same, beginning with what the ball's last look left in `look`.
+  Touches touches(Point p, double ball_radius, Look& look) const
+  {
     Touches found;
-    const double square = p.x * p.x + p.z * p.z, reach = clear_radius_ - ball_radius;
-    if (reach > 0.0 && !(square >= reach * reach)) return found;  // nor does a NaN touch
-    const int groove = groove_of(p);
-    const Local at = grooves_[groove].local(p);
-    touch_groove(groove, at, p, std::sqrt(square), ball_radius, found);
-    if (liner_.lifters() == 0) return found;
-    touch_lifter(groove, 1.0, at, ball_radius, found);
-    touch_lifter(groove, -1.0, at, ball_radius, found);
+    const double distance = std::sqrt(p.x * p.x + p.z * p.z), reach = clear_radius_ - ball_radius;
+    if (reach > 0.0 && !(distance >= reach)) {  // nor does a NaN touch
+      look.clear = reach - distance;
+      return found;
+    }
+    const Local at = settle(p, look.groove);
+    touch_groove(look.groove, at, p, distance, ball_radius, found);
+    double gap = arc_radius_ - distance;
+    if (liner_.lifters() > 0)
+      for (const double mirror : {1.0, -1.0})
+        gap = std::min(gap, touch_lifter(look.groove, mirror, at, ball_radius, found));
+    look.clear = found.count > 0 ? 0.0 : std::max(0.0, gap - ball_radius);
     return found;
   }
 
  private:
   double groove_angle(int k) const { return liner_.groove_angle(k); }
 
-  /// Groove a point lies in. Single precision will do: on the centre line of a lifter, where it
-  /// might take the next one, both give the same touches.
+  /// Groove a point lies in, to single precision.
   int groove_of(Point p) const
   {
-    if (liner_.lifters() == 0) return 0;
     const float angle = std::atan2(static_cast<float>(-p.x), static_cast<float>(-p.z));
     const double turns = (angle - phase_) * per_pitch_;  // at least -n
     const int n = liner_.lifters(), groove = static_cast<int>(turns + n + 0.5);
     return groove >= 2 * n ? groove - 2 * n : groove >= n ? groove - n : groove;
+  }
+
+  /// Sets the groove whose sector holds a point, and returns the point in its frame. The one it was
+  /// in is tried first: an arc tangent costs as much as all the rest.
+  Local settle(Point p, int& groove) const
+  {
+    if (liner_.lifters() == 0) {
+      groove = 0;
+      return grooves_[0].local(p);
+    }
+    if (groove < 0) groove = groove_of(p);
+    Local at = grooves_[groove].local(p);
+    if (in_sector(at)) return at;
+    groove = groove_of(p);
+    at = grooves_[groove].local(p);
+    if (in_sector(at)) return at;
+    const int n = liner_.lifters(), beside = at.tangential > 0.0 ? groove + 1 : groove - 1;
+    groove = detail::wrapped(beside, n);  // on the centre line of a lifter, both give the same
+    return grooves_[groove].local(p);
+  }
+
+  bool in_sector(Local at) const
+  {
+    return std::abs(at.tangential) * cos_half_pitch_ <= at.radial * sin_half_pitch_;
   }
 
   void touch_groove(int groove, Local at, Point p, double distance, double ball_radius,
@@ -143,8 +184,9 @@ class TouchFinder {
 
   /// The lifter behind the groove (mirror = 1) or ahead of it (-1): its face where the centre
   /// projects onto it, the convex edge at its top, or the top. Works in the frame of the lifter's
-  /// centre line with the tangential axis towards the groove.
-  void touch_lifter(int groove, double mirror, Local at, double ball_radius, Touches& found) const
+  /// centre line with the tangential axis towards the groove. Returns the centre's distance from
+  /// the lifter, or less, beyond the foot of its face [m].
+  double touch_lifter(int groove, double mirror, Local at, double ball_radius, Touches& found) const
   {
     const double t = mirror * at.tangential;
     const Local p{at.radial * cos_half_pitch_ - t * sin_half_pitch_,
@@ -160,28 +202,26 @@ class TouchFinder {
       found.add({overlap, face, lifter, grooves_[groove].point({radial, mirror * across})});
     };
     const Face side = mirror > 0.0 ? Face::leading : Face::trailing;
-    const bool on_face = along >= 0.0 && along <= face_square_;
-    if (on_face) {
-      const double distance = gap.tangential * cos_face_ - gap.radial * sin_face_;
-      if (distance < ball_radius) {
-        add(ball_radius - distance, side, {-sin_face_, cos_face_});
-        return;
-      }
-    } else if (along < 0.0 && gap.tangential > 0.0) {
+    if (along < 0.0 && gap.tangential > 0.0) {
       const double distance = std::sqrt(gap.radial * gap.radial + gap.tangential * gap.tangential);
-      if (distance < ball_radius) {
+      if (distance < ball_radius)
         add(ball_radius - distance, side, {gap.radial / distance, gap.tangential / distance});
-        return;
-      }
+      return distance;
     }
-    if (gap.tangential <= 0.0 && gap.radial > -ball_radius)
-      add(ball_radius + gap.radial, Face::top, {-1.0, 0.0});
+    const double from_face = gap.tangential * cos_face_ - gap.radial * sin_face_;
+    if (along >= 0.0 && along <= face_square_ && from_face < ball_radius) {
+      add(ball_radius - from_face, side, {-sin_face_, cos_face_});
+      return from_face;
+    }
+    if (gap.tangential > 0.0) return from_face;
+    if (gap.radial > -ball_radius) add(ball_radius + gap.radial, Face::top, {-1.0, 0.0});
+    return -gap.radial;
   }
 
   Liner liner_;
   GrooveChords chords_;
-  double clear_radius_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_, tan_half_groove_,
-      cos_face_, sin_face_;
+  double clear_radius_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_, arc_radius_,
+      tan_half_groove_, cos_face_, sin_face_;
   std::vector<Frame> grooves_;  ///< of the centres of the grooves
   Local face_{0.0, 0.0};        ///< from corner to foot
   double face_square_ = 0.0;

@@ -6,9 +6,9 @@ namespace millscale::pairs {
 
 Kernel kernel(int level)
 {
-  if (level == 4) return {"x86-64-v4", v4::evaluate, v4::list_partners};
-  if (level == 3) return {"x86-64-v3", v3::evaluate, v3::list_partners};
-  return {"x86-64-v2", v2::evaluate, v2::list_partners};
+  if (level == 4) return {"x86-64-v4", v4::evaluate, v4::evaluate_mixed, v4::list_partners};
+  if (level == 3) return {"x86-64-v3", v3::evaluate, v3::evaluate_mixed, v3::list_partners};
+  return {"x86-64-v2", v2::evaluate, nullptr, v2::list_partners};
 }
 
 bool runs(int level)

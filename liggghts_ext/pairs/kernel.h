@@ -9,7 +9,7 @@ namespace millscale::pairs {
 /// What the force of all pairs needs. Nothing is owned here. The list is a `HalfList`.
 struct Task {
   Balls balls;
-  const Rows* rows;  ///< room for as many balls
+  const Rows* rows;  ///< room for as many balls, in the kernel's precision
   int entries;
   const int *own, *other;
   int* touching;
@@ -36,21 +36,24 @@ int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v2
 namespace v3 {
 void evaluate(const Task&);
+void evaluate_mixed(const Task&);
 int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v3
 namespace v4 {
 void evaluate(const Task&);
+void evaluate_mixed(const Task&);
 int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v4
 
 struct Kernel {
-  const char* level;  ///< "x86-64-v3", ...
-  Evaluate evaluate;
+  const char* level;        ///< "x86-64-v3", ...
+  Evaluate evaluate;        ///< in double precision
+  Evaluate evaluate_mixed;  ///< overlaps and sums over time in double precision, else in single
   ListPartners list_partners;
 };
 
 inline constexpr int levels = 3;
-/// Of level 2, 3 or 4; whether this machine can run it: `runs`.
+/// Of level 2, 3 or 4; level 2 has no mixed kernel (null). Whether this machine can run it: `runs`.
 Kernel kernel(int level);
 bool runs(int level);
 /// The best this machine can run.

@@ -26,6 +26,8 @@ constexpr int slots = 5;      // groove, two lifters, two ends
 constexpr int slot_size = 4;  // key, tangential displacement
 constexpr int memory_size = slots * slot_size;
 
+constexpr std::size_t ahead = 4;  // balls to fetch while one is looked at
+
 /// Names a surface, so that a touch finds its memory again; 0 is no touch. A lifter's faces, edges
 /// and top are one surface: a ball touches it at one point, which moves around the edges.
 double key_of(const liner::Touch& touch)
@@ -170,7 +172,24 @@ void FixWallMill::evaluate(double dt)
   const MillNow mill = mill_now();
   std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
   find_near(mill);
-  for (const int i : near_) evaluate_ball(i, mill, dt);
+  const std::size_t count = near_.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + ahead < count) fetch_ahead(near_[k + ahead]);
+    look_at(near_[k], mill, dt);
+  }
+}
+
+/// What a ball needs lies all over the memory; asked for early, it comes while others are looked at.
+void FixWallMill::fetch_ahead(const Near& near) const
+{
+  const int i = near.ball;
+  __builtin_prefetch(atom->x[i]);
+  if (near.clear > 0.0) return;
+  __builtin_prefetch(atom->v[i]);
+  __builtin_prefetch(atom->omega[i]);
+  __builtin_prefetch(atom->f[i], 1);
+  __builtin_prefetch(atom->torque[i], 1);
+  for (int k = 0; k < memory_size; k += 8) __builtin_prefetch(row(i) + k, 1);
 }
 
 /// Lists the balls that may touch and those that did; most balls of a mill do neither. Between two
@@ -196,7 +215,7 @@ void FixWallMill::find_near(const MillNow& mill)
     const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
     const bool clear_of_ends = along - radius > low && along + radius < high;
     if (clear_of_liner && clear_of_ends && touching_[i] == 0) continue;
-    if (atom->mask[i] & groupbit) near_.push_back(i);
+    if (atom->mask[i] & groupbit) near_.push_back({i, {}, {}, 0.0, 0.0});
   }
 }
 
@@ -223,35 +242,31 @@ liner::Point FixWallMill::at_rest(const MillNow& mill, const Vector& arm) const
   return {-(ahead * mill.cosine - below * mill.sine), -(below * mill.cosine + ahead * mill.sine)};
 }
 
-void FixWallMill::evaluate_ball(int i, const MillNow& mill, double dt)
+/// In the mill's frame the liner rests, so a ball that is nearer to where it was last seen than the
+/// liner was from there cannot touch.
+void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
 {
+  const int i = near.ball;
   Vector arm;
   for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
-  const double radius = atom->radius[i];
-  Contacts found;
-  touch_liner(mill, arm, radius, found);
-  if (ends_) touch_ends(mill, millscale::dot(arm, mill.axis), radius, found);
+  const liner::Point centre = at_rest(mill, arm), way = centre - near.seen;
+  const double along = millscale::dot(arm, mill.axis), rise = along - near.along;
+  if (way.x * way.x + way.z * way.z + rise * rise < near.clear * near.clear) return;
 
-  double* memory = row(i);
-  const bool nothing_before = touching_[i] == 0;
-  touching_[i] = 0;
-  if (found.count == 0 && nothing_before) return;
-  double next[memory_size] = {};
-  for (int c = 0; c < found.count; ++c) {
-    const double key = found.contact[c].key;
-    Vector displacement = memory_of(key, memory);
-    press(i, mill, arm, found.contact[c], dt, displacement);
-    next[c * slot_size] = key;
-    touching_[i] |= is_groove(key) ? on_groove : on_wall;
-    std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
-  }
-  std::copy(next, next + memory_size, memory);
+  const double radius = atom->radius[i];
+  near.seen = centre;
+  near.along = along;
+  Contacts found;
+  touch_liner(mill, near, radius, found);
+  near.clear = near.look.clear;
+  if (ends_) touch_ends(mill, near, radius, found);
+  if (found.count > 0) near.clear = 0.0;
+  if (found.count > 0 || touching_[i] != 0) press_all(i, mill, arm, found, dt);
 }
 
-void FixWallMill::touch_liner(const MillNow& mill, const Vector& arm, double radius,
-                              Contacts& found) const
+void FixWallMill::touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const
 {
-  const liner::Touches touches = touches_of_->touches(at_rest(mill, arm), radius);
+  const liner::Touches touches = touches_of_->touches(near.seen, radius, near.look);
   for (int t = 0; t < touches.count; ++t) {
     const liner::Touch& touch = touches.touch[t];
     const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
@@ -263,17 +278,35 @@ void FixWallMill::touch_liner(const MillNow& mill, const Vector& arm, double rad
   }
 }
 
-void FixWallMill::touch_ends(const MillNow& mill, double along, double radius,
-                             Contacts& found) const
+void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const
 {
   const auto touch = [&](double overlap, double direction, double key) {
+    near.clear = std::min(near.clear, -overlap);
     if (!(overlap > 0.0)) return;
     Contact contact{overlap, {}, key, ends_turn_};
     for (int d = 0; d < 3; ++d) contact.normal[d] = direction * mill.axis[d];
     found.add(contact);
   };
-  touch(ends_->lower_overlap(along, radius), 1.0, lower_end);
-  touch(ends_->upper_overlap(along, radius), -1.0, upper_end);
+  touch(ends_->lower_overlap(near.along, radius), 1.0, lower_end);
+  touch(ends_->upper_overlap(near.along, radius), -1.0, upper_end);
+}
+
+/// Forces of a ball's contacts, which find their memories again and leave them in the ball's row.
+void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, const Contacts& found,
+                            double dt)
+{
+  double* memory = row(i);
+  double next[memory_size] = {};
+  touching_[i] = 0;
+  for (int c = 0; c < found.count; ++c) {
+    const double key = found.contact[c].key;
+    Vector displacement = memory_of(key, memory);
+    press(i, mill, arm, found.contact[c], dt, displacement);
+    next[c * slot_size] = key;
+    touching_[i] |= is_groove(key) ? on_groove : on_wall;
+    std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
+  }
+  std::copy(next, next + memory_size, memory);
 }
 
 void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,

@@ -60,6 +60,15 @@ class FixWallMill : public FixPerBallRows {
   };
   struct Contacts;
 
+  /// A ball that may touch before the next neighbour list, and what is known of it.
+  struct Near {
+    int ball;
+    millscale::liner::Look look;
+    millscale::liner::Point seen;  ///< centre at the last look, in the mill at rest
+    double along;                  ///< and on the axis [m]
+    double clear;                  ///< way from there that ends in no touch, ends included [m]
+  };
+
   void parse(int narg, char** arg);
   void parse_keyword(const std::string& key, millscale::ArgumentList& list);
   void make_liner();
@@ -72,10 +81,12 @@ class FixWallMill : public FixPerBallRows {
   void evaluate(double dt);
   void find_near(const MillNow& mill);
   void count_touching();
-  void evaluate_ball(int i, const MillNow& mill, double dt);
-  void touch_liner(const MillNow& mill, const millscale::Vector& arm, double radius,
-                   Contacts& found) const;
-  void touch_ends(const MillNow& mill, double along, double radius, Contacts& found) const;
+  void fetch_ahead(const Near& near) const;
+  void look_at(Near& near, const MillNow& mill, double dt);
+  void touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const;
+  void touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const;
+  void press_all(int i, const MillNow& mill, const millscale::Vector& arm, const Contacts& found,
+                 double dt);
   void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
              double dt, millscale::Vector& displacement);
 
@@ -91,7 +102,7 @@ class FixWallMill : public FixPerBallRows {
   int wall_type_ = 0;
   bool rolling_ = true;
   std::vector<BallOnWall> of_type_;
-  std::vector<int> near_;              ///< balls that may touch, or did
+  std::vector<Near> near_;             ///< balls that may touch, or did
   std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
   double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
 };

@@ -113,6 +113,8 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
         read_damping(list.word("on, off or bounded"));
       else if (key == "memory")
         forget_apart_ = list.choice(key, "of_contact", "stock");
+      else if (key == "precision")
+        mixed_ = list.choice(key, "mixed", "double");
       else if (key == "kernel") {
         const int level = list.count(key);
         if (level < 2 || level > 4 || !pairs::runs(level))
@@ -123,9 +125,10 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
         kernel_ = pairs::kernel(level);
       } else
         throw std::invalid_argument("unknown keyword '" + key +
-                                    "'; accepted are tangential_damping, memory, kernel; for other "
+                                    "'; accepted are tangential_damping, memory, precision, kernel; for other "
                                     "options leave out `surface fast`");
     }
+    mixed_ = mixed_ && kernel_.evaluate_mixed;  // else double: never less precise than asked for
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
   }
@@ -257,7 +260,7 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
                          reinterpret_cast<double(*)[3]>(atom->f[0]),
                          reinterpret_cast<double(*)[3]>(atom->torque[0]),
                          damping_ ? damping_->up_to_date() : nullptr};
-  if (task.balls.owned > 0) kernel_.evaluate(task);
+  if (task.balls.owned > 0) (mixed_ ? kernel_.evaluate_mixed : kernel_.evaluate)(task);
 }
 
 void PairGranFast::build_list()
@@ -271,7 +274,7 @@ void PairGranFast::build_list()
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
     only_type_ = 0;
   pairs::build(list_, grid_, now, neighbor->skin, kernel_.list_partners);
-  rows_.for_balls(now.all);
+  rows_.for_balls(now.all, mixed_);
   recall_memories();
   show_list_to_engine();
 }

@@ -50,6 +50,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   millscale::contact::BallTerms terms_;
   class FixContactDamping* damping_ = nullptr;
   bool forget_apart_ = true;
+  bool mixed_ = false;
   millscale::pairs::Kernel kernel_;
   std::vector<millscale::contact::BallLaw<double>> laws_;
   millscale::pairs::HalfList list_;

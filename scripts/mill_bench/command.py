@@ -11,7 +11,7 @@ from rich.table import Table
 from mill_bench.ball import ball_speedup, mesh_convergence
 from mill_bench.charge_means import SLICES, STEPS, WALLS, compared
 from mill_bench.compare import Plan, interleaved, ratio_of_medians, rows
-from mill_bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, YADE
+from mill_bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, MIXED, YADE
 from mill_bench.record import provenance
 from mill_bench.scenes import SCENES, Scene, prepare
 from mill_campaign.errors import CampaignError
@@ -43,7 +43,7 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
         raise CampaignError("millscale bench", "--scene", f"got {scene_name}", known)
     scene = SCENES[scene_name]
     state = prepare(scene, runs, console)
-    variants = (MILLSCALE, LIGGGHTS)
+    variants = (MILLSCALE, MIXED, LIGGGHTS)
     if scene.name == DRUM_SCENE and not quick:
         variants += (LAMMPS, YADE)
     plan = _plan(scene, quick)

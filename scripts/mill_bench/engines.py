@@ -24,7 +24,7 @@ class Variant:
     Attributes:
         engine: millscale or liggghts.
         wall: analytic or mesh.
-        pair: fast or stock.
+        pair: fast, mixed (fast in mixed precision) or stock.
         skin: of the neighbour list [m].
     """
 
@@ -37,6 +37,7 @@ class Variant:
 LAMMPS = Variant("lammps", "analytic", "granular")
 YADE = Variant("yade", "mesh", "mindlin")
 MILLSCALE = Variant("millscale", "analytic", "fast")
+MIXED = Variant("millscale", "analytic", "mixed")
 LIGGGHTS = Variant("liggghts", "mesh", "stock")
 ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
 

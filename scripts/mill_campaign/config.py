@@ -113,10 +113,10 @@ class Campaign:
     """Everything a campaign file says.
 
     `contacts` says who evaluates those between balls, `fast` or `stock`, `damping` whether their
-    tangential damping is `bounded` or `plain`; `force` names what the
-    decks have although the scene does not need it; `warnings` are what the file says that is not
-    used; `ranks` and `jobs` None leave it to the machine; `output_budget` is the disk that a case
-    may take [bytes].
+    tangential damping is `bounded` or `plain`, `precision` that of our kernels, `double` or
+    `mixed`; `force` names what the decks have although the scene does not need it; `warnings` are
+    what the file says that is not used; `ranks` and `jobs` None leave it to the machine;
+    `output_budget` is the disk that a case may take [bytes].
     """
 
     file: Path
@@ -130,6 +130,7 @@ class Campaign:
     stiffness: str
     contacts: str
     damping: str
+    precision: str
     force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None

@@ -49,6 +49,7 @@ def load_campaign(path: str | Path) -> Campaign:
         stiffness=scaling["stiffness"],
         contacts=sections["model"]["contacts"],
         damping=_damping(path, sections["model"]),
+        precision=_precision(path, sections["model"]),
         force=sections["model"]["force"],
         time_factor=scaling["time_factor"],
         time_exponent=scaling["time_exponent"],
@@ -72,6 +73,15 @@ def _damping(path: Path, model: Section) -> str:
             '"plain", or contacts = "fast"',
         )  # fmt: skip
     return damping or ("plain" if contacts == "stock" else "bounded")
+
+
+def _precision(path: Path, model: Section) -> str:
+    if model["precision"] == "mixed" and model["contacts"] == "stock":
+        raise CampaignError(
+            path, "model.precision", 'got "mixed" with contacts = "stock"',
+            '"double", or contacts = "fast"',
+        )  # fmt: skip
+    return model["precision"]
 
 
 def _name(path: Path, name: str | None) -> str:

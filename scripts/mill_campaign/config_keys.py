@@ -207,6 +207,12 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "LIGGGHTS; default: bounded with contacts fast, plain with stock",
             choices=tuple(DAMPINGS),
         ),
+        "precision": Key(
+            "text",
+            "of our kernels: mixed takes single precision where no error adds up, and less time",
+            "double",
+            choices=("double", "mixed"),
+        ),
         "force": Key(
             "text",
             "what the decks model although the scene does not need it",

@@ -67,6 +67,7 @@ def deck_part(terms: list[Term], campaign: Campaign) -> dict[str, str]:
     return switches | {
         "surface": SURFACES[campaign.contacts],
         "tangential_damping": DAMPINGS[campaign.damping],
+        "precision": campaign.precision,
     }
 
 

@@ -78,8 +78,10 @@ def _contacts(campaign: Campaign) -> Statement:
     damping = ""
     if campaign.damping == "bounded":
         damping = "; tangential damping bounded by what a step can take, for longer steps"
+    precision = ", in mixed precision" if campaign.precision == "mixed" else ""
     return _say(
-        "contacts between balls evaluated by our kernels", f"the same law in less time{damping}"
+        f"contacts between balls evaluated by our kernels{precision}",
+        f"the same law in less time{damping}",
     )
 
 

@@ -49,6 +49,50 @@ TEST(Touches, DeepestIsTheNearestPointOfTheLiner)
   EXPECT_GT(touching, 5'000);
 }
 
+TEST(Touches, ClearWayIsNoLongerThanTheDistanceToTheLiner)
+{
+  // Off the foot of a face it may be shorter; over all places it is mostly the distance itself.
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> psi(-pi, pi), radius(3.4, 3.9);
+  const TouchFinder finder(paper_mill);
+  int exactly = 0, apart = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const Point p = at(radius(random), psi(random));
+    const double distance = nearest(paper_mill, p).distance;
+    Look look;
+    if (finder.touches(p, ball_radius, look).count > 0) {
+      EXPECT_EQ(look.clear, 0.0);
+      continue;
+    }
+    if (distance < 0.0) continue;  // a centre in the wall is no ball of this mill
+    ++apart;
+    EXPECT_GE(look.clear, 0.0);
+    EXPECT_LE(look.clear, distance - ball_radius + 1e-12);
+    if (look.clear > distance - ball_radius - 1e-9) ++exactly;
+  }
+  EXPECT_GT(apart, 50'000);
+  EXPECT_GT(exactly, apart / 3);
+}
+
+TEST(Touches, AreTheSameWithWhateverGrooveBefore)
+{
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.9);
+  const TouchFinder finder(paper_mill);
+  Look look;  // goes from place to place, so its groove is mostly another one
+  for (int i = 0; i < 20'000; ++i) {
+    const Point p = at(radius(random), psi(random));
+    const Touches fresh = finder.touches(p, ball_radius),
+                  again = finder.touches(p, ball_radius, look);
+    ASSERT_EQ(fresh.count, again.count);
+    for (int t = 0; t < fresh.count; ++t) {
+      EXPECT_EQ(fresh.touch[t].overlap, again.touch[t].overlap);
+      EXPECT_EQ(fresh.touch[t].sector, again.touch[t].sector);
+      EXPECT_EQ(fresh.touch[t].face, again.touch[t].face);
+    }
+  }
+}
+
 TEST(Touches, NormalPointsFromTheNearestPointToTheCentre)
 {
   std::mt19937 random(5);

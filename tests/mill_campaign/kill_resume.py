@@ -150,15 +150,26 @@ def _named(process: psutil.Process, word: str) -> list[psutil.Process]:
 
 def _ranks(process: psutil.Process) -> list[psutil.Process]:
     name = find_engine().name
-    return [x for x in _named(process, name) if Path(x.cmdline()[0]).name == name]
+    found = []
+    for child in _named(process, name):
+        with contextlib.suppress(psutil.Error, IndexError):  # it may have ended meanwhile
+            if Path(child.cmdline()[0]).name == name:
+                found.append(child)
+    return found
 
 
-def _stage(process: psutil.Process) -> str:
-    for child in _named(process, "mill_campaign.stages"):
-        with contextlib.suppress(psutil.Error, ValueError, IndexError):
-            line = child.cmdline()
-            return line[line.index("mill_campaign.stages") + 1]
-    return ""
+def _at_work(campaign: Campaign, process: psutil.Process) -> tuple[str, psutil.Process] | None:
+    """The stage at work and the process that runs it, a child of this command's."""
+    with contextlib.suppress(psutil.Error, OSError, ValueError, KeyError):
+        record = json.loads((campaign.case / "stage.json").read_text())
+        for child in process.children(recursive=True):
+            if child.pid == record["process"] and record["state"] == "running":
+                return record["stage"], child
+    return None
+
+
+def _stage(campaign: Campaign, process: psutil.Process) -> str:
+    return (_at_work(campaign, process) or ("",))[0]
 
 
 def _last_step(series: Path) -> int:
@@ -202,7 +213,10 @@ def strike(kind: str, campaign: Campaign, process: psutil.Popen, chance: random.
     elif kind == "SIGKILL snakemake":
         _named(process, "snakemake")[0].kill()
     elif kind == "SIGKILL the stage":
-        _named(process, "mill_campaign.stages")[0].kill()
+        at_work = _at_work(campaign, process)
+        if at_work is None:
+            raise psutil.NoSuchProcess(process.pid)
+        at_work[1].kill()
     else:
         rank = chance.choice(_ranks(process))
         rank.kill()
@@ -251,15 +265,19 @@ def _begin(campaign: Campaign, kind: str, chance: random.Random, screen: Path) -
     if kind in OF_ENGINE or chance.random() < 2 / 3:
         # Mostly while the mill turns: on a slow machine all would come while the charge settles.
         settling = chance.random() < 0.2
-        _wait(process, lambda: _ranks(process) and (settling or _stage(process) == "rotate"))
+        _wait(
+            process,
+            lambda: _ranks(process) and (settling or _stage(campaign, process) == "rotate"),
+        )
         time.sleep(chance.uniform(0.0, 6.0))
     else:
         time.sleep(chance.uniform(0.3, 8.0))
     if kind in OF_ENGINE:
         _wait(process, lambda: _ranks(process))
-    elif kind in ("SIGKILL snakemake", "SIGKILL the stage"):
-        needed = "snakemake" if "snakemake" in kind else "mill_campaign.stages"
-        _wait(process, lambda: _named(process, needed))
+    elif kind == "SIGKILL snakemake":
+        _wait(process, lambda: _named(process, "snakemake"))
+    elif kind == "SIGKILL the stage":
+        _wait(process, lambda: _at_work(campaign, process))
     return process
 
 
@@ -281,7 +299,7 @@ def kill_once(
         number,
         kind,
         round(time.monotonic() - begin, 2),
-        _stage(process),
+        _stage(campaign, process),
         _last_step(campaign.series()),
     )
     struck = time.monotonic()

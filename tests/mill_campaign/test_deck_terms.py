@@ -19,6 +19,7 @@ EVERYTHING = {
     "rolling_model_pw": "cdt",
     "surface": "fast",
     "tangential_damping": "bounded",
+    "precision": "double",
 }
 
 

@@ -68,11 +68,18 @@ inline Cloud random_cloud(const CloudSize& size, unsigned seed)
   return cloud;
 }
 
-/// Those this machine can run.
+/// Those this machine can run. Mixed kernels stand for a level's own: their `evaluate` is theirs.
 inline std::vector<millscale::pairs::Kernel> kernels()
 {
-  std::vector<millscale::pairs::Kernel> found;
+  std::vector<millscale::pairs::Kernel> found, mixed;
   for (int level = 2; level <= 4; ++level)
     if (millscale::pairs::runs(level)) found.push_back(millscale::pairs::kernel(level));
+  for (millscale::pairs::Kernel kernel : found)
+    if (kernel.evaluate_mixed) {
+      kernel.evaluate = kernel.evaluate_mixed;
+      kernel.level = "mixed";
+      mixed.push_back(kernel);
+    }
+  found.insert(found.end(), mixed.begin(), mixed.end());
   return found;
 }

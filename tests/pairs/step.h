@@ -17,6 +17,12 @@ inline const std::vector<written_out::Law> materials{{3.3e7, 7.0e6, 0.59, 0.5, 0
                                                      {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
                                                      {1.2e8, 4.0e7, 0.22, 0.7, 0.005}};
 
+/// Whether it is a kernel of `kernels` that takes the place of a level's own.
+inline bool is_mixed(const Kernel& kernel)
+{
+  return kernel.evaluate == kernel.evaluate_mixed;
+}
+
 /// A cloud, its list and what a step leaves.
 struct Step {
   Cloud cloud;
@@ -62,7 +68,7 @@ struct Step {
       laws.push_back(
           contact::ball_law(m.youngs_modulus, m.shear_modulus, m.damping, m.sliding, m.rolling));
     RowStore store;
-    const Rows rows = store.for_balls(cloud.all());
+    const Rows rows = store.for_balls(cloud.all(), is_mixed(kernel));
     kernel.evaluate({cloud.view(), &rows, list.entries, list.own.data(), list.other.data(),
                      list.touching.data(), list.displacement.data(), laws.data(), 2, only_type(),
                      terms, dt, advance, forget_apart, reinterpret_cast<double(*)[3]>(force.data()),

@@ -18,9 +18,12 @@ void expect_close(const std::vector<std::array<double, 3>>& got,
 
 /// The kernel leaves what the naive loop leaves. A force is known to the rounding of its overlap,
 /// 1e-16 of the distance; the tolerance, of the largest force, holds for overlaps that are not
-/// much below a hundredth of a radius where the force counts.
-void expect_as_naive(const Step& start, const Kernel& kernel, double tolerance = 1e-13)
+/// much below a hundredth of a radius where the force counts. A mixed kernel rounds each number to
+/// 6e-8; some twenty follow on each other in a force.
+void expect_as_naive(const Step& start, const Kernel& kernel)
 {
+  const double rounding = is_mixed(kernel) ? 1.2e-6 : 1e-12,
+               tolerance = is_mixed(kernel) ? 1.2e-6 : 1e-13;
   Step step = start, naive = start;
   step.with(kernel);
   naive.naively();
@@ -29,7 +32,7 @@ void expect_as_naive(const Step& start, const Kernel& kernel, double tolerance =
   expect_close(step.torque, naive.torque, tolerance);
   EXPECT_EQ(step.list.touching, naive.list.touching);
   for (int i = 0; i < step.cloud.all(); ++i)
-    ASSERT_NEAR(step.damping[i], naive.damping[i], 1e-12 * naive.damping[i] + 1e-15);
+    ASSERT_NEAR(step.damping[i], naive.damping[i], rounding * naive.damping[i] + 1e-15);
   for (std::size_t k = 0; k < step.list.displacement.size(); ++k)
     ASSERT_NEAR(step.list.displacement[k], naive.list.displacement[k], tolerance * 1e-4);
 }
@@ -64,7 +67,9 @@ TEST(Kernel, OfLevelTwoRunsOnAnyMachine)
   EXPECT_TRUE(runs(2));
   EXPECT_FALSE(runs(1));
   EXPECT_FALSE(runs(5));
-  EXPECT_STREQ(best_kernel().level, kernels().back().level);
+  int best = 2;
+  while (runs(best + 1)) ++best;
+  EXPECT_STREQ(best_kernel().level, kernel(best).level);
 }
 
 TEST(Kernel, OfEveryLevelIsTheNaiveLoop)

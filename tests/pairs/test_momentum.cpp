@@ -27,6 +27,14 @@ Momenta momenta(const Cloud& cloud)
   return total;
 }
 
+/// Sum of the sizes of all balls' changes of momentum in a step.
+double impulses(const Step& step)
+{
+  double sum = 0.0;
+  for (const auto& force : step.force) sum += dt * written_out::size(force);
+  return sum;
+}
+
 /// Velocities from forces, then positions from velocities: this keeps the angular momentum too.
 void move(Step& step, const Kernel& kernel)
 {
@@ -44,18 +52,25 @@ void move(Step& step, const Kernel& kernel)
 
 TEST(Momentum, IsConservedToRoundOffInACloudWithoutWalls)
 {
-  // Each of 300 steps rounds the sum by 1e-16 of its terms, with either sign.
+  // Each of 300 steps rounds the sum by 1e-16 of its terms, with either sign. Mixed kernels also
+  // round what each ball gets from its contacts, of which it has up to a dozen; arms are below 1 m.
   for (const Kernel& kernel : kernels()) {
     Step step(random_cloud({300, 0.25, 0.01, 0.03, 2}, 10), 0.05);
     const Momenta before = momenta(step.cloud);
     const auto start = step.cloud.position;
-    for (int n = 0; n < 300; ++n) move(step, kernel);
+    double rounded = 0.0;
+    for (int n = 0; n < 300; ++n) {
+      move(step, kernel);
+      if (is_mixed(kernel)) rounded += 12 * 6e-8 * impulses(step);
+    }
     const Momenta after = momenta(step.cloud);
     const auto change = [](const millscale::Vector& a, const millscale::Vector& b) {
       return written_out::size(written_out::sum(a, -1.0, b));
     };
-    EXPECT_LT(change(after.linear, before.linear), 300e-16 * after.linear_sizes) << kernel.level;
-    EXPECT_LT(change(after.angular, before.angular), 300e-16 * after.angular_sizes) << kernel.level;
+    EXPECT_LT(change(after.linear, before.linear), 300e-16 * after.linear_sizes + rounded)
+        << kernel.level;
+    EXPECT_LT(change(after.angular, before.angular), 300e-16 * after.angular_sizes + rounded)
+        << kernel.level;
     EXPECT_GT(change(step.cloud.position[0], start[0]), 1e-3);
   }
 }

@@ -12,9 +12,11 @@ CONTACT_PATHS = {
     "fast-v2": "surface fast kernel 2",
     "fast-v3": "surface fast kernel 3",
     "fast-v4": "surface fast kernel 4",
+    "mixed-v3": "surface fast kernel 3 precision mixed",
+    "mixed-v4": "surface fast kernel 4 precision mixed",
 }
 # What a kernel's instructions need of the processor, in the words of the system.
-_NEEDS = {"fast-v3": "avx2", "fast-v4": "avx512vl"}
+_NEEDS = {"fast-v3": "avx2", "fast-v4": "avx512vl", "mixed-v3": "avx2", "mixed-v4": "avx512vl"}
 
 
 def available_paths() -> list[str]:

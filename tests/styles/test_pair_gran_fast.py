@@ -106,6 +106,29 @@ def test_forces_and_torques_from_one_restart_are_those_of_stock(tmp_path, steps,
     _assert_same(fast, stock, 1e-12)
 
 
+@pytest.mark.parametrize("edit", ["", SIZES_AND_MATERIALS], ids=["equal", "sizes and materials"])
+def test_mixed_precision_rounds_forces_and_no_more(tmp_path, edit):
+    deck = _deck(tmp_path, "fast", edit=edit)
+    made = run(tmp_path, deck + "run 900\nwrite_restart half.restart\n")
+    assert made.code == 0, made.text[-600:]
+    double, mixed = (
+        _run(tmp_path, _again("fast", options, deck), 1) for options in ("", "precision mixed")
+    )
+    np.testing.assert_array_equal(mixed["x y z"], double["x y z"])
+    # Numbers of single precision, 6e-8, some twenty on each other in the force of a contact; that
+    # of a ball in a bed is what some four contacts, each as large, leave of each other.
+    _assert_same(mixed, double, 4 * 20 * 6e-8)
+    assert _differ(mixed, double) > 1e-9  # it was another kernel
+
+
+def test_mixed_precision_does_not_depend_on_ranks(tmp_path):
+    # Other ranks sum a ball's forces in another order. 50 steps leave rounding near its size.
+    one, two = (
+        _run(tmp_path, _deck(tmp_path, "fast", "precision mixed"), 50, ranks) for ranks in (1, 2)
+    )
+    _assert_same(two, one, 1e-5)
+
+
 @pytest.mark.parametrize("wall", ["analytic", "mesh"])
 @pytest.mark.parametrize("edit", ["", SIZES_AND_MATERIALS], ids=["equal", "sizes and materials"])
 def test_a_thousand_steps_are_those_of_stock(tmp_path, edit, wall):
@@ -252,12 +275,16 @@ def test_ranks_without_balls_do_nothing(tmp_path):
 
 
 WRONG_WORDS = [
-    ("colour red", "unknown keyword 'colour'; accepted are tangential_damping, memory, kernel"),
+    (
+        "colour red",
+        "unknown keyword 'colour'; accepted are tangential_damping, memory, precision, kernel",
+    ),
     ("limitForce on", "unknown keyword 'limitForce'"),
     ("tangential_damping some", "tangential_damping: got 'some', accepted are on, off, bounded"),
     ("memory short", "memory: got 'short', accepted are of_contact, stock"),
     ("memory", "memory: expected a value, the command ends here"),
     ("tangential_damping yes", "tangential_damping: got 'yes', accepted are on, off"),
+    ("precision single", "precision: got 'single', accepted are mixed, double"),
     ("kernel 5", "kernel: 2, 3 or 4"),
     ("kernel v3", "kernel: expected a number, got 'v3'"),
 ]
