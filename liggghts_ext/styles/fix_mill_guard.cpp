@@ -10,6 +10,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "domain.h"
+#include "end_run.h"
 #include "error.h"
 #include "fix_mill_similarity.h"
 #include "force.h"
@@ -230,17 +231,10 @@ liner::Point FixMillGuard::at_rest(int i) const
           -(below * mill_.cosine + ahead * mill_.sine)};
 }
 
-/// Ends the run from this rank alone: the others may be anywhere in their step.
 void FixMillGuard::stop(int i, const std::string& fault) const
 {
   const charge::Suspect ball{atom->tag[i], vector_of(atom->x[i]), vector_of(atom->v[i]),
                              vector_of(atom->f[i])};
-  const std::string message =
-      charge::report(ball, fault, static_cast<long>(update->ntimestep), wall_->where(at_rest(i)));
-  if (comm->nprocs == 1) error->all(FLERR, message.c_str());
-  for (FILE* file : {screen, logfile})
-    if (file) std::fprintf(file, "ERROR on proc %d: %s\n", comm->me, message.c_str());
-  std::fflush(nullptr);  // MPI_Abort leaves no time for it
-  MPI_Abort(world, 1);
-  std::abort();
+  millscale::EndRun(lmp).because(
+      charge::report(ball, fault, static_cast<long>(update->ntimestep), wall_->where(at_rest(i))));
 }

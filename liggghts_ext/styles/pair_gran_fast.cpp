@@ -11,6 +11,7 @@
 #include "comm.h"
 #include "contact_laws.h"
 #include "contact_models.h"
+#include "end_run.h"
 #include "error.h"
 #include "fix_contact_damping.h"
 #include "fix_contact_history.h"
@@ -19,6 +20,8 @@
 #include "neigh_request.h"
 #include "neighbor.h"
 #include "pair_gran.h"
+#include "pairs/list_check.h"
+#include "similarity/format.h"
 #include "timer.h"
 #include "update.h"
 
@@ -115,6 +118,8 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
         forget_apart_ = list.choice(key, "of_contact", "stock");
       else if (key == "precision")
         mixed_ = list.choice(key, "mixed", "double");
+      else if (key == "check")
+        check_every_ = list.count(key);
       else if (key == "kernel") {
         const int level = list.count(key);
         if (level < 2 || level > 4 || !pairs::runs(level))
@@ -124,9 +129,10 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
               std::to_string(level));
         kernel_ = pairs::kernel(level);
       } else
-        throw std::invalid_argument("unknown keyword '" + key +
-                                    "'; accepted are tangential_damping, memory, precision, kernel; for other "
-                                    "options leave out `surface fast`");
+        throw std::invalid_argument(
+            "unknown keyword '" + key +
+            "'; accepted are tangential_damping, memory, precision, check, kernel; for other "
+            "options leave out `surface fast`");
     }
     mixed_ = mixed_ && kernel_.evaluate_mixed;  // else double: never less precise than asked for
   } catch (const std::invalid_argument& problem) {
@@ -261,6 +267,20 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
                          reinterpret_cast<double(*)[3]>(atom->torque[0]),
                          damping_ ? damping_->up_to_date() : nullptr};
   if (task.balls.owned > 0) (mixed_ ? kernel_.evaluate_mixed : kernel_.evaluate)(task);
+  if (check_every_ > 0 && update->ntimestep % check_every_ == 0) check_list();
+}
+
+void PairGranFast::check_list()
+{
+  const auto missed = pairs::missed_contact(list_, balls());
+  if (!missed) return;
+  const std::string pair =
+      std::to_string(atom->tag[missed->i]) + " and " + std::to_string(atom->tag[missed->j]);
+  millscale::EndRun(lmp).because(
+      std::string(style_name) + ": check: at step " + std::to_string(update->ntimestep) +
+      " balls " + pair + " overlap by " + millscale::format(missed->overlap) + " m and " +
+      (missed->listed ? "count as apart" : "are no pair of the neighbour list") +
+      "; neigh_modify must check distances at every step");
 }
 
 void PairGranFast::build_list()

@@ -41,6 +41,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   class FixContactDamping* damping_of_balls();
   void build_list();
   void recall_memories();
+  void check_list();
   void show_list_to_engine();
   millscale::pairs::Balls balls() const;
 
@@ -51,6 +52,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   class FixContactDamping* damping_ = nullptr;
   bool forget_apart_ = true;
   bool mixed_ = false;
+  int check_every_ = 0;  ///< steps from search to search for missed contacts; 0: never
   millscale::pairs::Kernel kernel_;
   std::vector<millscale::contact::BallLaw<double>> laws_;
   millscale::pairs::HalfList list_;

@@ -81,7 +81,9 @@ def _walls(runs: Path, console: Console) -> dict:
 
 
 def _plan(scene: Scene, quick: bool) -> Plan:
-    return Plan(scene.ranks, WARM_STEPS, scene.quick_steps if quick else scene.steps, REPEATS)
+    if quick:
+        return Plan(scene.ranks, WARM_STEPS, scene.quick_steps, REPEATS)
+    return Plan(scene.ranks, WARM_STEPS, scene.steps, scene.rounds)
 
 
 def _wall_speedup(analytic, mesh) -> dict:

@@ -274,10 +274,33 @@ def test_ranks_without_balls_do_nothing(tmp_path):
     _assert_same(four, one, 1e-9)
 
 
+def _bed_that_is_checked(folder, steps, **more):
+    return run(folder, _deck(folder, "fast", "check 1", **more) + f"run {steps}\n")
+
+
+def test_no_contact_is_missed(tmp_path):
+    result = _bed_that_is_checked(tmp_path, 3000, edit=SIZES_AND_MATERIALS)
+    assert result.code == 0, result.text[-600:]
+
+
+@pytest.mark.validate
+def test_no_contact_is_missed_in_a_million_steps(tmp_path):
+    result = _bed_that_is_checked(tmp_path, 1_000_000, edit=SIZES_AND_MATERIALS)
+    assert result.code == 0, result.text[-600:]
+
+
+def test_a_list_that_is_too_old_is_told(tmp_path):
+    result = _bed_that_is_checked(
+        tmp_path, 3000, skin=0.001, edit="neigh_modify delay 0 every 200 check no\n"
+    )
+    assert result.code != 0
+    assert "are no pair of the neighbour list" in result.error
+
+
 WRONG_WORDS = [
     (
         "colour red",
-        "unknown keyword 'colour'; accepted are tangential_damping, memory, precision, kernel",
+        "unknown keyword 'colour'; accepted are tangential_damping, memory, precision, check,",
     ),
     ("limitForce on", "unknown keyword 'limitForce'"),
     ("tangential_damping some", "tangential_damping: got 'some', accepted are on, off, bounded"),

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "pairs/half_list.h"
+
+namespace millscale::pairs {
+
+/// Two balls that touch and that the list does not say to touch.
+struct MissedContact {
+  int i, j;
+  double overlap;  ///< [m]
+  bool listed;     ///< the list has the pair, not the touch
+};
+
+namespace detail {
+
+inline std::optional<MissedContact> missed(const HalfList& list, const Balls& balls, int i, int j)
+{
+  if (i > j) std::swap(i, j);
+  if (i >= balls.owned) return std::nullopt;  // two ghosts: another rank's
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double apart = balls.position[i][d] - balls.position[j][d];
+    square += apart * apart;
+  }
+  const double radii = balls.radius[i] + balls.radius[j];
+  const double overlap = radii - std::sqrt(square);
+  if (!(overlap > 1e-12 * radii)) return std::nullopt;  // rounding may say either
+  const int* begin = list.other.data() + list.first[i];
+  const int* end = begin + list.partners[i];
+  const int* found = std::find(begin, end, j);
+  if (found == end) return MissedContact{i, j, overlap, false};
+  if (list.touching[found - list.other.data()]) return std::nullopt;
+  return MissedContact{i, j, overlap, true};
+}
+
+}  // namespace detail
+
+/// Looks for a contact that a list lacks, after its evaluation. It shares nothing with `build`: all
+/// balls in order of their lower ends along x, each with those that begin before it ends.
+inline std::optional<MissedContact> missed_contact(const HalfList& list, const Balls& balls)
+{
+  const auto low = [&](int i) { return balls.position[i][0] - balls.radius[i]; };
+  std::vector<int> order(balls.all);
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return low(a) < low(b); });
+  for (std::size_t a = 0; a < order.size(); ++a) {
+    const double high = balls.position[order[a]][0] + balls.radius[order[a]];
+    for (std::size_t b = a + 1; b < order.size() && low(order[b]) < high; ++b)
+      if (const auto found = detail::missed(list, balls, order[a], order[b])) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace millscale::pairs
