@@ -101,42 +101,52 @@ def _bound_in(row: Row, name: str, known: Sequence[str]) -> float | None:
 
 def time_to_solution(rows: Sequence[Row]) -> list[Row]:
     """For each default row and each error: the cheapest stock setting whose error is no larger than
-    the resolved one of the default, and how many times longer it takes. What chance may have added
-    to a stock setting's error is not held against it.
+    the resolved one of the default, and how many times longer it takes; for the worst no error may
+    be larger. What chance may have added to a stock setting's error is not held against it.
 
     If no stock setting is as good, `stock` is None, and `at_least` the time of the best one, which
     is not good enough, over ours.
     """
+    known = known_errors(rows)
     stock = [row for row in rows if row["engine"] == "stock" and not row["is_reference"]]
+    stock = [row for row in stock if row[WORST] is not None]
     result = []
-    for ours in (row for row in rows if row["is_default"] and not row["is_reference"] and stock):
-        for name in (*known_errors(rows), WORST):
-            own = resolved(error_of(ours, name))
-            told = [(row, error_of(row, name)) for row in stock]
-            told = [(row, e["error"]) for row, e in told if resolved(e) is not None]
-            if own is not None and told:
-                result.append(_against_stock(ours, name, own, told))
+    for ours in (row for row in rows if row["is_default"] and row[WORST] is not None and stock):
+        result += [_against_stock(ours, [name], name, stock) for name in known]
+        result.append(_against_stock(ours, known, WORST, stock))
     return result
 
 
-def _against_stock(ours: Row, name: str, own: float, told: Sequence[tuple[Row, float]]) -> Row:
-    good = [row for row, error in told if error <= own]
+def _against_stock(ours: Row, kinds: Sequence[str], name: str, stock: Sequence[Row]) -> Row:
+    """Ours against stock in some kinds of error, told under a name."""
+    own = {kind: resolved(ours["errors"][kind]) for kind in kinds}
+
+    def excess(row: Row) -> float:
+        """Largest error over that of the default; what both have none of is equal."""
+        errors = [(row["errors"][kind]["error"], own[kind]) for kind in kinds]
+        return max(e / o if o > 0.0 else (math.inf if e > 0.0 else 1.0) for e, o in errors)
+
+    good = [row for row in stock if excess(row) <= 1.0]
     best = min(good, key=lambda row: row["time_s"], default=None)
-    nearest, error = min(told, key=lambda point: (point[1], point[0]["time_s"]))
+    nearest = min(stock, key=lambda row: (excess(row), row["time_s"]))
     return {
         "error": name,
         "default": ours["label"],
         "default_time_s": ours["time_s"],
-        "default_error": own,
+        "default_error": max(own.values()),
         "stock": best["label"] if best else None,
         "stock_time_s": best["time_s"] if best else None,
-        "stock_error": error_of(best, name)["error"] if best else None,
+        "stock_error": _largest(best, kinds) if best else None,
         "ratio": best["time_s"] / ours["time_s"] if best else None,
         "ratio_spread": _ratio_spread(best, ours) if best else None,
         "best_stock": nearest["label"],
-        "best_stock_error": error,
+        "best_stock_error": _largest(nearest, kinds),
         "at_least": None if best else nearest["time_s"] / ours["time_s"],
     }
+
+
+def _largest(row: Row, kinds: Sequence[str]) -> float:
+    return max(row["errors"][kind]["error"] for kind in kinds)
 
 
 def _ratio_spread(one: Row, other: Row) -> float | None:

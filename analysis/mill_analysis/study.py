@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mill_analysis import pareto
+from mill_analysis.charge_comparison import measure_pairs
 from mill_analysis.charge_errors import deviation
 from mill_analysis.charge_models import Charge
 from mill_analysis.run_folder import (
@@ -25,6 +26,7 @@ from mill_analysis.run_folder import (
 from mill_analysis.study_errors import (
     Distances,
     SettingModel,
+    compared_pairs,
     errors_of,
     models_of,
     reference_for,
@@ -55,9 +57,9 @@ def study_results(runs: Path) -> Row:
                 raise ValueError("none of its cases is finished")
         except ValueError as error:
             raise RunFolderError(runs, str(error), f"run them with: {MADE_BY}") from None
-        distances = Distances(models, references)
-        rows = _rows(about, models, references, distances)
-        problems = {"/".join(key): said for key, said in distances.problems.items()}
+        measured = measure_pairs(charges, compared_pairs(models, references))
+        rows = _rows(about, models, references, Distances(models, measured))
+        problems = {"/".join(key): said for key, said in measured.problems.items() if said}
     return {
         "name": about["name"],
         "about": about["about"],

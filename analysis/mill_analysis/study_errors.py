@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from mill_analysis.charge_comparison import Key, Measured, Pairs, measure_pairs
+from mill_analysis.charge_comparison import Key, Measured, Pairs
 from mill_analysis.charge_models import Charge
 
 Row = dict[str, Any]
@@ -94,27 +94,27 @@ def pairs_of(first: SettingModel, second: SettingModel) -> list[tuple[Charge, Ch
     return [(a, b) for a, b in every if a.case["seed"] != b.case["seed"]] or every
 
 
+def compared_pairs(models: Sequence[SettingModel], references: Sequence[SettingModel]) -> Pairs:
+    """What has to be measured: the seeds of each model against each other and its reference's."""
+    wanted = [(model, model) for model in models]
+    wanted += [(m, r) for m, r in zip(models, references, strict=True) if m is not r]
+    return {(a.key, b.key): (a, b) for m, r in wanted for a, b in pairs_of(m, r)}
+
+
+@dataclass(frozen=True)
 class Distances:
-    """Root mean square distances between the models of a study; the dumps are read once."""
+    """Root mean square distances between the models of a study.
 
-    def __init__(self, models: Sequence[SettingModel], references: Sequence[SettingModel]) -> None:
-        self._models = list(models)
-        wanted = [(model, model) for model in models]
-        wanted += [(m, r) for m, r in zip(models, references, strict=True) if m is not r]
-        compared: Pairs = {(a.key, b.key): (a, b) for m, r in wanted for a, b in pairs_of(m, r)}
-        charges = [charge for model in models for charge in model.seeds]
-        self._measured = measure_pairs(charges, compared)
+    Attributes:
+        measured: of the `compared_pairs` of the models.
+    """
 
-    @property
-    def problems(self) -> dict[Key, list[str]]:
-        """By charge, dumps that could not be read."""
-        return {key: said for key, said in self._measured.problems.items() if said}
+    models: Sequence[SettingModel]
+    measured: Measured
 
     def between(self, first: SettingModel, second: SettingModel, error: str) -> float | None:
         """Root mean square distance of runs of two models; None if nothing could be compared."""
-        found = [
-            distance(self._measured, (a.key, b.key), error) for a, b in pairs_of(first, second)
-        ]
+        found = [distance(self.measured, (a.key, b.key), error) for a, b in pairs_of(first, second)]
         known = [value for value in found if value is not None]
         return math.sqrt(float(np.mean(np.square(known)))) if known else None
 
@@ -133,7 +133,7 @@ class Distances:
             balls = [one.first.case["ball"]["count"] for one in (other, model)]
             return abs(other.first.S - model.first.S), abs(balls[0] - balls[1])
 
-        scatters = [(remoteness(other), self.scatter(other, error)) for other in self._models]
+        scatters = [(remoteness(other), self.scatter(other, error)) for other in self.models]
         told = [(remote, value) for remote, value in scatters if value is not None]
         nearest = min(told, default=None)
         if nearest is None:

@@ -13,7 +13,7 @@ from rich.table import Table
 from mill_campaign.display import duration
 from mill_campaign.machine import available_cores
 from mill_campaign.placement import makespan
-from mill_campaign.plan import plan_rows
+from mill_campaign.plan import rows_of
 from mill_study.study_file import StudyFile
 
 Row = dict[str, Any]
@@ -29,7 +29,7 @@ def study_plan(study: StudyFile, found: Mapping[str, Collection[str]]) -> list[R
     cores = available_cores()
     rows = []
     for setting in study.settings:
-        cases = plan_rows(setting.campaign)
+        cases = rows_of(setting.cases, setting.campaign)
         left = [row for row in cases if row["id"] not in found.get(setting.name, ())]
         loads = [(row["predicted_wall_time_s"], row["ranks"]) for row in left]
         jobs = min(setting.campaign.jobs or cores, cores)

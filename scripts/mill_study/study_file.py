@@ -163,7 +163,9 @@ def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
 def _check_names(path: Path, head: Mapping[str, str], names: list[str]) -> None:
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise CampaignError(path, f"setting {i + 1}.name", f'"{name}" is given twice', "a name")
+            raise CampaignError(
+                path, f"setting {i + 1}.name", f'"{name}" is given twice', "a name of its own"
+            )
     for role in ("reference", "default"):
         if head[role] not in names:
             near = nearest(head[role], names)
