@@ -8,6 +8,8 @@ from typing import Any
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from mill_analysis import pareto
 from mill_analysis.figures import STYLE
@@ -21,7 +23,8 @@ LOOKS = {
 FRONT_COLOUR = "#009e73"
 # An error below is drawn here: a logarithm has no 0 [%].
 LEAST_SHOWN = 0.01
-LINE_PT = 8.0  # between names, so that they do not cover each other
+# Of a name, of a letter and of a mark, so that they do not cover each other [points].
+LINE_PT, LETTER_PT, MARK_PT = 8.0, 4.0, 4.0
 
 
 def time_against_error(rows: Sequence[Row], name: str, title: str) -> Figure:
@@ -46,11 +49,16 @@ def time_against_error(rows: Sequence[Row], name: str, title: str) -> Figure:
             _point(axes, row, pareto.error_of(row, name))
         _front(axes, pareto.front(rows, name), name)
         for share in pareto.WANTED:
-            axes.axhline(100.0 * share, ls=":", lw=0.9, color="#888", zorder=0)
-        axes.margins(x=0.18, y=0.1)
-        _names(axes, told, name)
+            axes.axhline(100.0 * share, ls=":", lw=0.9, color="#666", zorder=0)
+        axes.margins(x=0.18)
+        heights = [_shown(row, name) for row in told]
+        axes.set_ylim(0.4 * min(heights), 3.0 * max(heights))
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.yaxis.set_minor_formatter(NullFormatter())
         known = dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        figure.legend(known.values(), known.keys(), loc="outside upper center", ncols=4)
+        figure.legend(known.values(), known.keys(), loc="outside upper center", ncols=3)
+        _names(axes, told, name)
     return figure
 
 
@@ -65,11 +73,8 @@ def _shown(row: Row, name: str) -> float:
 
 def _point(axes: Axes, row: Row, error: Row) -> None:
     height = max(LEAST_SHOWN, 100.0 * pareto.resolved(error))
-    spread = 100.0 * (error["spread"] or 0.0)
-    ends = [
-        max(LEAST_SHOWN, 100.0 * error["error"] - spread),
-        max(height, 100.0 * error["error"] + spread),
-    ]
+    ends = [100.0 * (error["error"] + sign * (error["spread"] or 0.0)) for sign in (-1, 1)]
+    ends = [max(LEAST_SHOWN, ends[0]), max(height, ends[1])]
     hollow = bool(error["within_spread"])
     look = LOOKS[row["engine"]]
     axes.plot([row["time_s"]] * 2, ends, lw=0.8, color=look["color"], alpha=0.5)
@@ -84,26 +89,37 @@ def _front(axes: Axes, best: Sequence[Row], name: str) -> None:
     """The front as a staircase: to the right of a setting nothing better than it is at hand."""
     if best:
         points = [(row["time_s"], _shown(row, name)) for row in best]
+        points.append((axes.get_xlim()[1], points[-1][1]))
         axes.step(
-            *zip(*points, strict=True), where="post", color=FRONT_COLOUR, lw=1.4, label="front"
-        )
+            *zip(*points, strict=True), where="post", color=FRONT_COLOUR, lw=1.4, label="front",
+            zorder=1,
+        )  # fmt: skip
 
 
 def _names(axes: Axes, rows: Sequence[Row], name: str) -> None:
-    """Names beside the points; one that would cover another goes up."""
+    """Names beside the points; one that would cover another name or a mark goes up."""
     axes.figure.draw_without_rendering()
     per_point = axes.figure.dpi / 72.0
-    taken: list[tuple[float, float]] = []
+    places = {
+        row["label"]: axes.transData.transform((row["time_s"], _shown(row, name))) / per_point
+        for row in rows
+    }
+    # Boxes: left, right, middle height, half height.
+    taken = [(x - MARK_PT, x + MARK_PT, y, MARK_PT) for x, y in places.values()]
     for row in sorted(rows, key=lambda row: _shown(row, name)):
-        x, y = axes.transData.transform((row["time_s"], _shown(row, name))) / per_point
+        x, y = places[row["label"]]
+        left, right = x + 6.0, x + 6.0 + LETTER_PT * len(row["label"])
         up = 0.0
-        width = 4.2 * len(row["label"])
-        while any(abs(x - a) < width and abs(y + up - b) < LINE_PT for a, b in taken):
+        while any(
+            left < end and right > start and abs(y + up - middle) < 0.5 * LINE_PT + half
+            for start, end, middle, half in taken
+        ):
             up += 1.0
-        taken.append((x, y + up))
+        taken.append((left, right, y + up, 0.5 * LINE_PT))
         best = name in row["on_front_of"]
         axes.annotate(
             row["label"], (row["time_s"], _shown(row, name)), xytext=(6, up - 2.5),
             textcoords="offset points", fontsize=7.0, fontweight="bold" if best else "normal",
-            color="#111" if best or row["is_default"] else "#666",
+            color="#111" if best or row["is_default"] else "#555",
+            path_effects=[withStroke(linewidth=2.0, foreground="white")],
         )  # fmt: skip

@@ -1,15 +1,16 @@
 """Study files: what they come to, and the errors of those that are not accepted."""
 
+import shutil
 import tomllib
 
 import pytest
-from paper_campaign import CAMPAIGNS
+from paper_campaign import CAMPAIGNS, REPOSITORY
 from small_study import BASE, TEXT, write_study
 
 from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
 from mill_study.plan import study_plan
-from mill_study.study_file import load_study, toml_text
+from mill_study.study_file import SETTING_KEYS, STUDY_KEYS, WITHOUT, load_study, toml_text
 
 STUDIES = sorted(CAMPAIGNS.glob("study-*.toml"))
 
@@ -179,3 +180,14 @@ def test_the_ladder_holds_the_cases_of_the_papers_campaigns():
     ):
         (setting,) = (setting for setting in study.settings if setting.name == name)
         assert setting.campaign.studies == load_campaign(CAMPAIGNS / f"{campaign}.toml").studies
+
+
+def test_the_example_of_the_documentation_is_accepted_and_every_key_is_in_it(tmp_path):
+    text = (REPOSITORY / "docs" / "study.md").read_text()
+    file = tmp_path / "example.toml"
+    example = text.partition("```toml\n")[2].partition("```")[0]
+    shutil.copy(CAMPAIGNS / "paper-multi-ball.toml", tmp_path)
+    file.write_text(example)
+    assert [setting.name for setting in load_study(file).settings] == ["fine", "usual"]
+    for key in (*STUDY_KEYS, *SETTING_KEYS, WITHOUT):
+        assert f"`{key}`" in text
