@@ -36,7 +36,6 @@ def time_against_error(rows: Sequence[Row], name: str, title: str) -> Figure:
         name: of an error, or `pareto.WORST`.
     """
     told = [row for row in rows if pareto.resolved(pareto.error_of(row, name)) is not None]
-    told = [row for row in told if not row["is_reference"]]
     with rc_context(STYLE):
         figure = Figure(figsize=(7.4, 5.2), layout="constrained")
         axes = figure.add_subplot()

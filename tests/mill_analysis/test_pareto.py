@@ -128,12 +128,14 @@ def test_what_chance_adds_to_stock_is_not_held_against_it():
 
 
 def test_stock_must_be_as_good_in_every_error_to_be_as_good_in_all():
-    errors = {name: error(0.01) for name in ERRORS} | {"power": error(0.04)}
-    ours = row("ours", 1.0, 0.0, is_default=True, errors=errors)
-    stock = row("stock", 5.0, 0.02, engine="stock")  # its worst is smaller than ours
+    errors = {name: error(0.03) for name in ERRORS}
+    ours = row("ours", 1.0, 0.0, is_default=True, errors=errors | {"power": error(0.05)})
+    # Its worst is smaller than ours, but not all of its errors are.
+    stock = row("stock", 5.0, 0.0, engine="stock", errors=errors | {"curtain": error(0.04)})
     told = {r["error"]: r for r in pareto.time_to_solution([ours, stock])}
-    assert told["power"]["ratio"] == 5.0
-    assert told["contour"]["ratio"] is None
+    assert told["contour"]["ratio"] == told["power"]["ratio"] == 5.0
+    assert told["curtain"]["ratio"] is None
     assert told[pareto.WORST]["ratio"] is None
     assert told[pareto.WORST]["at_least"] == 5.0
     assert told[pareto.WORST]["best_stock"] == "stock"
+    assert told[pareto.WORST]["best_stock_error"] == 0.04

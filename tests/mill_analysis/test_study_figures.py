@@ -50,11 +50,13 @@ def test_names_do_not_cover_each_other():
         {**row(f"setting-{i}", 1.0 + 1e-3 * i, 0.05), "on_front_of": [], "time_is": "wall"}
         for i in range(8)
     ]
+    # Far away, so that the others are side by side.
+    rows.append({**row("far", 99.0, 0.05), "on_front_of": [], "time_is": "wall"})
     figure = time_against_error(rows, "contour", "contour")
     figure.draw_without_rendering()
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
-    covered = [(i, j) for i in range(8) for j in range(i) if boxes[i].overlaps(boxes[j])]
-    assert len(boxes) == 8 and not covered
+    covered = [(i, j) for i in range(9) for j in range(i) if boxes[i].overlaps(boxes[j])]
+    assert len(boxes) == 9 and not covered
 
 
 def test_nothing_to_draw_is_said():

@@ -6,7 +6,6 @@ import os
 import shutil
 import sys
 from contextlib import redirect_stderr, redirect_stdout
-from pathlib import Path
 from unittest.mock import patch
 
 import pytest
@@ -16,14 +15,15 @@ from small_study import TEXT, write_study
 from mill_analysis import pareto
 from mill_analysis.study_errors import ERRORS
 from mill_campaign.cli import main
+from mill_campaign.generate import generate
 from mill_campaign.machine import CoreWish
+from mill_campaign.stage_table import STAGES
 from mill_study import command
 from mill_study.command import StudyCall, run_and_compare
-from mill_study.folders import Places, found_cases, identity
+from mill_study.folders import Places, found_cases, identity, record, write_setting
 from mill_study.study_file import load_study
 
 CASE = "mb-cg-paper-S2.000"
-PLACE = Path("runs/settings/default/cases") / CASE
 
 
 def millscale(*arguments):
@@ -133,10 +133,22 @@ def test_json_is_all_that_is_printed_and_goes_beside_other_studies(copied):
     assert list(content["studies"]) == ["other", "small-study"]
 
 
-@pytest.mark.engine
-def test_finished_cases_are_taken_from_elsewhere_by_what_they_are(copied, tmp_path):
-    study = load_study(copied / "small-study.toml")
-    elsewhere = copied / "runs/settings/default"
+def pretend_finished(folder, setting):
+    """Generate a setting, with a file for every product, each newer than what it is made of."""
+    cases = generate(write_setting(setting, folder), folder)
+    for case in cases:
+        for number, stage in enumerate(STAGES["multi-ball"], 1):
+            for product in stage.products:
+                path = folder / "cases" / case.id / product
+                path.touch()
+                date = path.stat().st_mtime_ns + number * 10**9
+                os.utime(path, ns=(date, date))
+    return folder
+
+
+def test_finished_cases_are_taken_from_elsewhere_by_what_they_are(tmp_path):
+    study = load_study(write_study(tmp_path))
+    elsewhere = pretend_finished(tmp_path / "elsewhere", study.settings[1])
     places = Places(tmp_path / "new", (elsewhere,))
     for setting, taken in zip(study.settings, ({}, {CASE}, {CASE}), strict=True):
         found = found_cases(study, setting, places)
@@ -147,17 +159,46 @@ def test_finished_cases_are_taken_from_elsewhere_by_what_they_are(copied, tmp_pa
     )
     assert code == 0 and not (tmp_path / "new").exists()
     assert [len(row["left"]) for row in json.loads(output)] == [2, 0, 0]
-    # What is not finished, or is another case, is not taken.
+    assert json.loads(output)[1]["core_time_s"] == 0.0
+    # What is not finished is not taken.
     (elsewhere / "cases" / CASE / "result.json").unlink()
     assert found_cases(study, study.settings[1], places) == {}
 
 
-@pytest.mark.engine
-def test_a_changed_setting_alone_is_run_again(copied):
-    file = copied / "small-study.toml"
-    file.write_text(TEXT.replace('about = "as the default"', "multi_ball.rotation_angle_rad = 0.6"))
-    _, output, _ = millscale("study", file, "--runs", copied / "runs", "--plan", "--json")
+def test_a_case_of_another_setting_is_taken_and_its_own_comes_first(tmp_path):
+    study = load_study(write_study(tmp_path))
+    places = Places(tmp_path / "runs")
+    other = pretend_finished(places.of(study.settings[2]), study.settings[2])
+    assert found_cases(study, study.settings[1], places) == {CASE: other / "cases" / CASE}
+    own = pretend_finished(places.of(study.settings[1]), study.settings[1])
+    assert found_cases(study, study.settings[1], places) == {CASE: own / "cases" / CASE}
+    record(study, places)
+    named = json.loads((places.runs / "study.json").read_text())["settings"]
+    assert named[1]["cases"] == [{"id": CASE, "folder": f"settings/default/cases/{CASE}"}]
+    # Not finished: where it will be.
+    assert named[0]["cases"][1] == {
+        "id": f"{CASE}-seed2",
+        "folder": f"settings/reference/cases/{CASE}-seed2",
+    }
+
+
+def test_a_changed_setting_alone_is_run_again(tmp_path):
+    study = load_study(write_study(tmp_path))
+    places = Places(tmp_path / "runs")
+    for setting in study.settings:
+        pretend_finished(places.of(setting), setting)
+    changed = TEXT.replace('about = "as the default"', "multi_ball.rotation_angle_rad = 0.6")
+    file = write_study(tmp_path, changed)
+    _, output, _ = millscale("study", file, "--runs", places.runs, "--plan", "--json")
     assert [len(row["left"]) for row in json.loads(output)] == [0, 0, 1]
+    again = load_study(file)
+    assert found_cases(again, again.settings[2], places) == {}
+    # A case.json that somebody edited is another case, too; that of the other setting, as it was
+    # before the change, is still the same.
+    path = places.of(study.settings[1]) / "cases" / CASE / "case.json"
+    path.write_text(path.read_text().replace('"seed": 1', '"seed": 7'))
+    before = places.of(study.settings[2]) / "cases" / CASE
+    assert found_cases(again, again.settings[1], places) == {CASE: before}
 
 
 def test_an_identity_is_that_of_the_case_and_not_of_its_names(tmp_path):
