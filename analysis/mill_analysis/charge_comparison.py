@@ -19,6 +19,7 @@ from mill_analysis.snapshots import Snapshot
 
 Row = dict[str, Any]
 Key = tuple[str, str]
+Pairs = dict[tuple[Key, Key], tuple[Charge, Charge]]
 CONTOURS_DRAWN = 4
 
 
@@ -45,32 +46,60 @@ class ChargeComparison:
 
 def compare_charges(charges: Sequence[Charge]) -> ChargeComparison:
     """Compare every charge with `charge_models.reference_of` it, seeds with each other and the
-    schemes at the same S. Reads each dump once; holds the shapes of one mill angle at a time,
-    besides those to draw."""
+    schemes at the same S."""
     charges = list(charges)
-    compared = _compared_pairs(charges)
-    snapshots = {charge.key: _snapshots(charge) for charge in charges}
-    drawn = _drawn_angles(list(snapshots.values()))
-    kept: dict[float, dict[Key, Shape]] = {}
-    errors: dict[tuple[Key, Key], dict[float, Row]] = {pair: {} for pair in compared}
-    problems: dict[Key, list[str]] = {charge.key: [] for charge in charges}
-    for angle in sorted(set().union(*snapshots.values())):
-        shapes = _shapes_at(angle, charges, snapshots, problems)
-        for ours, theirs in compared:
-            if ours in shapes and theirs in shapes:
-                errors[ours, theirs][angle] = shape_errors(shapes[ours], shapes[theirs])
-        if angle in drawn:
-            kept[angle] = shapes
+    measured = measure_pairs(charges, _compared_pairs(charges))
+    whole, kept = measured.errors, measured.shapes
     last = max(kept, default=None)
-    whole = {pair: all_errors(*both, errors[pair]) for pair, both in compared.items()}
     rows = [
         charge_row(charge, charges, whole, Last(last, kept.get(last, {}).get(charge.key)))
         for charge in charges
     ]
     for row, charge in zip(rows, charges, strict=True):
-        row["not_measured"] += problems[charge.key]
+        row["not_measured"] += measured.problems[charge.key]
     with_seed_spread(rows, charges, whole)
     return ChargeComparison(charges, rows, _scheme_rows(charges, whole, rows), kept)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Charges measured in pairs.
+
+    Attributes:
+        errors: `charge_rows.all_errors` of the first of two charges against the second.
+        throw_angles: by charge and mill angle [rad], of the dumps that tell it [rad].
+        shapes: as in `ChargeComparison`.
+        problems: by charge, dumps that could not be read.
+    """
+
+    errors: dict[tuple[Key, Key], Row]
+    throw_angles: dict[Key, dict[float, float]]
+    shapes: dict[float, dict[Key, Shape]]
+    problems: dict[Key, list[str]]
+
+
+def measure_pairs(charges: Sequence[Charge], compared: Pairs) -> Measured:
+    """Measure pairs of charges. Reads each dump once; holds the shapes of one mill angle at a time,
+    besides those to draw."""
+    snapshots = {charge.key: _snapshots(charge) for charge in charges}
+    drawn = _drawn_angles(list(snapshots.values()))
+    measured = Measured(
+        {}, {charge.key: {} for charge in charges}, {}, {charge.key: [] for charge in charges}
+    )
+    by_angle: dict[tuple[Key, Key], dict[float, Row]] = {pair: {} for pair in compared}
+    for angle in sorted(set().union(*snapshots.values())):
+        shapes = _shapes_at(angle, charges, snapshots, measured.problems)
+        for key, shape in shapes.items():
+            if shape.throw_angle is not None:
+                measured.throw_angles[key][angle] = shape.throw_angle
+        for ours, theirs in compared:
+            if ours in shapes and theirs in shapes:
+                by_angle[ours, theirs][angle] = shape_errors(shapes[ours], shapes[theirs])
+        if angle in drawn:
+            measured.shapes[angle] = shapes
+    for pair, both in compared.items():
+        measured.errors[pair] = all_errors(*both, by_angle[pair])
+    return measured
 
 
 def twin_of(charge: Charge, charges: Sequence[Charge]) -> Charge | None:
@@ -89,7 +118,7 @@ def twin_of(charge: Charge, charges: Sequence[Charge]) -> Charge | None:
     return min(twins, key=lambda other: other.campaign != charge.campaign, default=None)
 
 
-def _compared_pairs(charges: list[Charge]) -> dict[tuple[Key, Key], tuple[Charge, Charge]]:
+def _compared_pairs(charges: list[Charge]) -> Pairs:
     found = [(charge, reference_of(charge, charges)) for charge in charges]
     found += [(charge, twin_of(charge, charges)) for charge in charges]
     for charge in charges:
@@ -116,7 +145,7 @@ def _drawn_angles(snapshots: list[dict[float, Snapshot]]) -> set[float]:
 
 def _shapes_at(
     angle: float,
-    charges: list[Charge],
+    charges: Sequence[Charge],
     snapshots: dict[Key, dict[float, Snapshot]],
     problems: dict[Key, list[str]],
 ) -> dict[Key, Shape]:

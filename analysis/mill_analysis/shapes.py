@@ -25,6 +25,7 @@ from mill_analysis.run_folder import FinishedCase, RunFolderError
 from mill_analysis.shape_comparison import points_along
 from mill_analysis.snapshots import Snapshot, snapshots_near
 from mill_analysis.solid_fraction import RESOLUTION, Grid, value_at
+from mill_analysis.throw_angle import throw_angle
 
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
@@ -41,6 +42,7 @@ class Shape:
         outline: (n, 2) float, the liner as it stands.
         cross_check: (n, 2) float, the surface by the second method.
         curtains: by number; None if the dumps do not say who is in flight.
+        throw_angle: of `throw_angle.throw_angle` [rad]; None where it cannot be told.
         problem: why there are no curtains.
     """
 
@@ -50,6 +52,7 @@ class Shape:
     cross_check: np.ndarray
     curtains: dict[int, Curtain] | None
     problem: str
+    throw_angle: float | None = None
 
     @property
     def method_distance(self) -> float | None:
@@ -107,7 +110,8 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: dict[str, Any]) -> Shape:
     ball, tops = case["ball"]["radius_m"] / unit, _innermost(mill) / unit
     found, problem = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
     second = first_gaps(places, ball, length, tops)
-    return Shape(snapshot.mill_angle, outline, contour, second, found, problem)
+    thrown = throw_angle(dump, case)
+    return Shape(snapshot.mill_angle, outline, contour, second, found, problem, thrown)
 
 
 def _innermost(mill: dict[str, Any]) -> float:

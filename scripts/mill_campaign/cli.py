@@ -39,6 +39,7 @@ case with a folder of its own. Lengths in m, times in s, angles in rad unless a 
 * `millscale plan campaigns/quick.toml` shows what would be simulated, and its cost
 * `millscale run campaigns/quick.toml --runs runs/quick` simulates what is missing
 * `millscale report runs/quick` writes report/index.html
+* `millscale study campaigns/study-S2.6.toml --plan` shows what time against error would cost
 
 Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input, or too little
 disk; 130 interrupted, the same command goes on. `millscale status` tells why a case failed.
@@ -76,6 +77,9 @@ DryRun = Annotated[
 ]
 Oversubscribe = Annotated[
     bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
+]
+IgnoreDisk = Annotated[
+    bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
 ]
 TimeLimit = Annotated[
     float | None,
@@ -139,9 +143,7 @@ def run(
     dry_run: DryRun = False,
     oversubscribe: Oversubscribe = False,
     time_limit: TimeLimit = None,
-    ignore_disk: Annotated[
-        bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
-    ] = False,
+    ignore_disk: IgnoreDisk = False,
     slurm: Slurm = False,
     profile: Profile = None,
 ) -> None:
@@ -303,9 +305,95 @@ def bench(
         console.print(table(result))
 
 
-def _console() -> Console:
+@app.command()
+def study(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Study file, such as campaigns/study-S2.6.toml.")
+    ],
+    runs: Annotated[
+        Path | None,
+        typer.Option(
+            "--runs", metavar="DIR", help="Folder of the runs; each setting in DIR/settings/NAME."
+        ),
+    ] = None,
+    only_plan: Annotated[
+        bool, typer.Option("--plan", help="Show settings and predicted time; write nothing.")
+    ] = False,
+    taken_from: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--from",
+            metavar="DIR",
+            help="A runs folder whose finished cases are taken where they are the same; "
+            "repeatable.",
+        ),
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="Run this setting only; repeatable; `*` stands for any text."
+        ),
+    ] = None,
+    no_run: Annotated[
+        bool, typer.Option("--no-run", help="Compare what is finished; run nothing.")
+    ] = False,
+    ranks: Ranks = None,
+    jobs: Jobs = None,
+    oversubscribe: Oversubscribe = False,
+    ignore_disk: IgnoreDisk = False,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="JSON", help="Also put the results into this file, beside other studies'."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run a campaign in several settings (step, wall, contacts, S, ...) and compare each with the
+    reference: time against error, the front, and the setting to take for 1, 3 and 10 %.
+
+    Writes DIR/report/index.html and speed-against-error.json. Ctrl-C ends it; the same command then
+    goes on. See docs/study.md.
+
+    Examples: `millscale study campaigns/study-S2.6.toml --plan`,
+    `millscale study campaigns/study-ladder.toml --runs runs/ladder --from runs/paper-multi-ball`
+    """
+    from mill_study.command import (
+        StudyCall,
+        plan,
+        plan_text,
+        render,
+        results_text,
+        run_and_compare,
+    )
+
+    if runs is None and not only_plan:
+        raise CampaignError("millscale study", "--runs", "missing", "a folder, or --plan")
+    if only_plan and (no_run or to):
+        raise CampaignError("millscale study", "--plan", "with --no-run or --to", "one of them")
+    wish = CoreWish(ranks, jobs, oversubscribe)
+    others, names = tuple(taken_from or ()), tuple(only or ())
+    call = StudyCall(file, runs, others, names, wish, ignore_disk, no_run, to)
+    if only_plan:
+        rows = plan(call)
+        typer.echo(plan_text(rows)) if as_json else _console().print(render(rows))
+        return
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
+    try:
+        # With --json the progress goes elsewhere.
+        done, _ = run_and_compare(call, _console(stderr=as_json))
+    except KeyboardInterrupt:
+        typer.echo("interrupted: finished stages are kept, the same command goes on", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    if as_json:
+        typer.echo(results_text(call))
+    raise typer.Exit(0 if done else EXIT_FAILED)
+
+
+def _console(stderr: bool = False) -> Console:
     """Tables of a pipe or a file are not cut to the width of a terminal that is not there."""
-    return Console() if sys.stdout.isatty() else Console(width=_WIDTH)
+    shown = sys.stderr if stderr else sys.stdout
+    return Console(stderr=stderr) if shown.isatty() else Console(stderr=stderr, width=_WIDTH)
 
 
 def main() -> None:

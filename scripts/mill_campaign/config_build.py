@@ -12,7 +12,7 @@ import mill_core
 
 from mill_campaign.config import Ball, Campaign, LinerShape, Material, Mill, Wall
 from mill_campaign.config_keys import KINDS
-from mill_campaign.config_read import read_campaign
+from mill_campaign.config_read import checked_sections, parse_toml
 from mill_campaign.config_study import build_study
 from mill_campaign.errors import CampaignError
 from mill_campaign.units import resolve, speed_forms
@@ -30,7 +30,19 @@ def load_campaign(path: str | Path) -> Campaign:
         CampaignError: the file, a key or a combination of keys is not accepted.
     """
     path = Path(path)
-    sections = read_campaign(path)
+    return campaign_of(path, parse_toml(path))
+
+
+def campaign_of(path: Path, tree: Section) -> Campaign:
+    """The campaign that the content of a TOML file describes.
+
+    Args:
+        path: of the file, for its default name and the messages.
+
+    Raises:
+        CampaignError: a key or a combination of keys is not accepted.
+    """
+    sections = checked_sections(path, tree)
     mill = _mill(path, sections["mill"], sections["ball"])
     scaling = sections["scaling"]
     studies = tuple(build_study(path, name, sections, mill) for name in KINDS if name in sections)
@@ -39,7 +51,7 @@ def load_campaign(path: str | Path) -> Campaign:
     _check_time_factor(path, scaling, {scheme for study in studies for scheme in study.schemes})
     return Campaign(
         file=path,
-        name=_name(path, sections["campaign"]["name"]),
+        name=campaign_name(path, "campaign.name", sections["campaign"]["name"]),
         about=sections["campaign"]["about"],
         mill=mill,
         liner=_liner(path, sections["liner"]),
@@ -84,13 +96,18 @@ def _precision(path: Path, model: Section) -> str:
     return model["precision"]
 
 
-def _name(path: Path, name: str | None) -> str:
+def campaign_name(path: Path, key: str, name: str | None) -> str:
+    """The name given under a key, or that of the file.
+
+    Raises:
+        CampaignError: not a name for folders and files.
+    """
     if name is None:
         name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "campaign"
     if not NAME.fullmatch(name) or len(name) > 64:
         raise CampaignError(
             path,
-            "campaign.name",
+            key,
             f'got "{name}"',
             "up to 64 lower-case letters, digits and single hyphens, such as paper-single-ball",
         )

@@ -20,16 +20,19 @@ SHOWN_CHARACTERS = 60
 Section = Mapping[str, Any]
 
 
-def read_campaign(path: Path) -> dict[str, Section]:
-    """Checked sections of a campaign file, defaults filled in; sections left out are absent.
+def checked_sections(path: Path, tree: Section) -> dict[str, Section]:
+    """Checked sections of a campaign, defaults filled in; sections left out are absent.
+
+    Args:
+        path: of the campaign file, for the messages.
+        tree: its content, of `parse_toml`.
 
     Raises:
-        CampaignError: unreadable file, unknown section or key, wrong type, value out of range.
+        CampaignError: unknown section or key, wrong type, value out of range.
     """
-    tree = _parse(path)
     for name, content in tree.items():
         if name not in SECTIONS:
-            raise _unknown(path, name, "", SECTIONS)
+            raise unknown_word(path, name, "", SECTIONS)
         if not isinstance(content, dict):
             raise CampaignError(
                 path, name, f"got {_shown(content)}", f"a section, written [{name}]"
@@ -40,11 +43,28 @@ def read_campaign(path: Path) -> dict[str, Section]:
     optional = {"campaign", "liner", "scaling", "wall", "model", "run"}
     names = [name for name in SECTIONS if name in tree or name in optional]
     for name in names:
-        _refuse_unknown(path, name, tree.get(name, {}))
-    return {name: _read_section(path, name, tree.get(name, {})) for name in names}
+        _refuse_unknown(path, name, tree.get(name, {}), SECTIONS[name])
+    return {name: _read_keys(path, name, tree.get(name, {}), SECTIONS[name]) for name in names}
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def read_section(
+    path: Path, section: str, content: Section, known: Mapping[str, Key]
+) -> dict[str, Any]:
+    """Checked values of one section, defaults filled in.
+
+    Raises:
+        CampaignError: unknown or missing key, wrong type, value out of range.
+    """
+    _refuse_unknown(path, section, content, known)
+    return _read_keys(path, section, content, known)
+
+
+def parse_toml(path: Path) -> dict[str, Any]:
+    """Content of a TOML file of a page or so.
+
+    Raises:
+        CampaignError: unreadable, too large, or not TOML.
+    """
     try:
         with path.open("rb") as stream:
             content = stream.read(LARGEST_FILE_BYTES + 1)
@@ -60,7 +80,7 @@ def _parse(path: Path) -> dict[str, Any]:
         raise CampaignError(path, "", f"not TOML: {cause}", "TOML 1.0, toml.io/en/v1.0.0") from None
 
 
-def _unknown(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
+def unknown_word(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
     """Error of an unknown section or key, naming the nearest known one and its unit."""
     key = f"{section}.{word}" if section else word
     quantity, unit = split_unit(word)
@@ -74,16 +94,17 @@ def _unknown(path: Path, word: str, section: str, known: Mapping[str, object]) -
     )
 
 
-def _refuse_unknown(path: Path, section: str, content: Section) -> None:
-    known = SECTIONS[section]
+def _refuse_unknown(path: Path, section: str, content: Section, known: Mapping[str, Key]) -> None:
     for word in content:
         if word not in known:
-            raise _unknown(path, word, section, known)
+            raise unknown_word(path, word, section, known)
 
 
-def _read_section(path: Path, section: str, content: Section) -> dict[str, Any]:
+def _read_keys(
+    path: Path, section: str, content: Section, known: Mapping[str, Key]
+) -> dict[str, Any]:
     values = {}
-    for name, key in SECTIONS[section].items():
+    for name, key in known.items():
         where = f"{section}.{name}"
         if name in content:
             values[name] = read_value(path, where, key, content[name])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Group
@@ -31,6 +32,11 @@ def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
     cases = cases_of(campaign)
     if ranks:
         return [_row(case, ranks if case.kind == "multi-ball" else 1) for case in cases]
+    return rows_of(cases, campaign)
+
+
+def rows_of(cases: Sequence[Case], campaign: Campaign) -> list[Row]:
+    """`plan_rows` of cases of a campaign that are at hand, as `millscale run` would place them."""
     usual = CoreWish(campaign.ranks, campaign.jobs)
     chosen = place(cases, CoreWish(), usual).ranks
     return [_row(case, chosen[case.id]) for case in cases]

@@ -1,0 +1,1 @@
+"""Speed against error over settings of a campaign: `millscale study`."""

@@ -1,0 +1,138 @@
+"""Where the cases of a study lie: in its own runs folder, or finished in another.
+
+A case is the same wherever it lies if its case.json agrees in all that decides it; its id and the
+name of its campaign do not.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mill_campaign.case import Case, digest
+from mill_campaign.case_check import read_case
+from mill_campaign.errors import CampaignError
+from mill_campaign.generate import changed_cases
+from mill_campaign.stage_table import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER, unfinished
+from mill_study.study_file import Setting, StudyFile
+
+SETTINGS_FOLDER = "settings"
+STUDY_JSON = "study.json"
+SETTING_FILE = "setting.toml"
+_NAMES = ("id", "campaign")
+
+
+@dataclass(frozen=True)
+class Places:
+    """Folders of a study.
+
+    Attributes:
+        runs: the study's own.
+        others: runs folders of campaigns, whose finished cases are taken instead of run.
+    """
+
+    runs: Path
+    others: tuple[Path, ...] = ()
+
+    def of(self, setting: Setting) -> Path:
+        """Runs folder of a setting."""
+        return self.runs / SETTINGS_FOLDER / setting.name
+
+    def check(self) -> None:
+        """Refuse a folder to take cases from that holds none.
+
+        Raises:
+            CampaignError: not a runs folder.
+        """
+        for folder in self.others:
+            if not (folder / CAMPAIGN_FILE).exists():
+                cause = f"got {folder}, which has no {CAMPAIGN_FILE}"
+                raise CampaignError("millscale study", "--from", cause, "a folder of millscale run")
+
+
+def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str, Path]:
+    """Folders of the cases of a setting that are finished, by id: its own, or else one of the same
+    content in another setting or another runs folder."""
+    own = places.of(setting)
+    changed = changed_cases(list(setting.cases), own)
+    found = {
+        case.id: own / CASES_FOLDER / case.id
+        for case in setting.cases
+        if case.id not in changed and _is_finished(own / CASES_FOLDER / case.id)
+    }
+    wanted = {identity(x): x.id for x in setting.cases if x.id not in found}
+    others = [places.of(other) for other in study.settings if other is not setting]
+    for folder in _case_folders([*places.others, *others]) if wanted else ():
+        case_id = wanted.get(_identity_at(folder))
+        if case_id and case_id not in found and _is_finished(folder):
+            found[case_id] = folder
+    return found
+
+
+def identity(case: Case) -> str:
+    """Hash of all that decides a case but its names."""
+    return digest({key: value for key, value in case.document.items() if key not in _NAMES})
+
+
+def record(study: StudyFile, places: Places) -> None:
+    """Write study.json: the settings and where their cases lie, for the analysis. Cases that are
+    not finished are named with their own folder."""
+    settings = []
+    for setting in study.settings:
+        found = found_cases(study, setting, places)
+        own = places.of(setting)
+        folders = {x.id: found.get(x.id, own / CASES_FOLDER / x.id) for x in setting.cases}
+        settings.append(
+            {
+                "name": setting.name,
+                "about": setting.about,
+                "cases": [{"id": x, "folder": _from(places.runs, f)} for x, f in folders.items()],
+            }
+        )
+    content = {
+        "schema": 1,
+        "name": study.name,
+        "about": study.about,
+        "file": study.file.name,
+        "reference": study.reference,
+        "default": study.default,
+        "settings": settings,
+    }
+    part = places.runs / f"{STUDY_JSON}.part"
+    part.write_text(json.dumps(content, indent=1) + "\n")
+    part.replace(places.runs / STUDY_JSON)
+
+
+def write_setting(setting: Setting, folder: Path) -> Path:
+    """Write the campaign file of a setting into its runs folder, if it is not there yet."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file, text = folder / SETTING_FILE, setting.text()
+    if not file.exists() or file.read_text() != text:
+        part = file.with_suffix(".part")
+        part.write_text(text)
+        part.replace(file)
+    return file
+
+
+def _from(runs: Path, folder: Path) -> str:
+    """A folder as seen from the study's, if it lies in it."""
+    runs, folder = runs.resolve(), folder.resolve()
+    return str(folder.relative_to(runs) if folder.is_relative_to(runs) else folder)
+
+
+def _case_folders(runs: Sequence[Path]) -> Iterable[Path]:
+    for folder in runs:
+        yield from sorted(path.parent for path in folder.glob(f"{CASES_FOLDER}/*/{CASE_FILE}"))
+
+
+def _identity_at(folder: Path) -> str | None:
+    try:
+        return identity(Case(read_case(folder / CASE_FILE)))
+    except CampaignError:
+        return None
+
+
+def _is_finished(folder: Path) -> bool:
+    return not unfinished(folder, "multi-ball")
