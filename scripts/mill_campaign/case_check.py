@@ -60,7 +60,7 @@ _NUMBERS = {
 _WORDS = {
     "": ("scheme", "policy"),
     "wall": ("kind",),
-    "deck": ("pair", "dumps", "surface", "precision"),
+    "deck": ("pair", "dumps", "surface"),
 }
 
 

@@ -59,7 +59,7 @@ BUILT_IN = Rates()
 def path_of(case: Document) -> str:
     """What decides the rate of a case: kind, wall, and who evaluates contacts of balls."""
     surface = f" {case['deck']['surface']}" if case["kind"] == "multi-ball" else ""
-    mixed = " mixed" if surface and case["deck"]["precision"] == "mixed" else ""
+    mixed = " mixed" if surface and case["deck"].get("precision") == "mixed" else ""
     return f"{case['kind']} {case['wall']['kind']}{surface}{mixed}"
 
 

@@ -64,11 +64,14 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
 def deck_part(terms: list[Term], campaign: Campaign) -> dict[str, str]:
     """The part `deck` of a case.json: value of each switch, who evaluates contacts and how."""
     switches = {term.switch: term.values[term.inside] for term in terms}
-    return switches | {
-        "surface": SURFACES[campaign.contacts],
-        "tangential_damping": DAMPINGS[campaign.damping],
-        "precision": campaign.precision,
-    }
+    return (
+        switches
+        | {
+            "surface": SURFACES[campaign.contacts],
+            "tangential_damping": DAMPINGS[campaign.damping],
+        }
+        | ({"precision": campaign.precision} if campaign.precision != "double" else {})
+    )
 
 
 def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:

@@ -25,7 +25,7 @@ def charge(length=0.3846, balls=13370, surface="fast", wall="analytic"):
         "ball": {"count": balls, "radius_m": 0.02},
         "mill": {"simulated_length_m": length},
         "domain": {"skin_m": 0.015},
-        "deck": {"surface": surface, "precision": "double"},
+        "deck": {"surface": surface},
         "wall": {"kind": wall, "triangles": 300},
         "time": {"settle_steps": 5000, "steps": 50000},
     }

@@ -19,7 +19,6 @@ EVERYTHING = {
     "rolling_model_pw": "cdt",
     "surface": "fast",
     "tangential_damping": "bounded",
-    "precision": "double",
 }
 
 
@@ -39,6 +38,12 @@ def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
     assert case["deck"] == EVERYTHING | {"surface": "default", "tangential_damping": "on"}
     assert "contacts between balls evaluated by stock LIGGGHTS" in said(case, "in")
+
+
+def test_mixed_precision_is_said(tmp_path):
+    case = of_kind(tmp_path, "multi-ball", model__precision="mixed")
+    assert case["deck"] == EVERYTHING | {"precision": "mixed"}
+    assert "contacts between balls evaluated by our kernels, in mixed precision" in said(case, "in")
 
 
 def test_a_single_ball_has_no_pair_style_and_no_dumps(tmp_path):

@@ -106,6 +106,21 @@ def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
     assert float(occupancy[1].split(",")[0]) >= half * (1 - 1e-9)
 
 
+@pytest.mark.parametrize("precision", ["double", "mixed"])
+def test_the_decks_ask_for_the_precision_of_the_campaign(cases, tmp_path, precision):
+    case = json.loads(json.dumps(cases["mb-cg-paper-S2.600"]))
+    if precision == "mixed":
+        case["deck"]["precision"] = precision
+    folder = _prepare(case, tmp_path, "settle.in")
+    write_charge(case, folder)
+    _run(folder, "settle.in")
+    assert f"tangential_damping bounded precision {precision}\n" in _log(folder)
+
+
+def _log(folder):
+    return "".join(path.read_text() for path in folder.glob("log.*"))
+
+
 def _check_measurements(case, last):
     """A charge that has hardly fallen yet: bounds that any column in another's place breaks."""
     radius, ball = case["mill"]["radius_m"], case["ball"]["radius_m"]
