@@ -49,6 +49,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   std::string tangential_;
   millscale::contact::BallTerms terms_;
   class FixContactDamping* damping_ = nullptr;
+  class FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
   bool forget_apart_ = true;
   millscale::pairs::Kernel kernel_;
   std::vector<millscale::contact::BallLaw<double>> laws_;
