@@ -61,12 +61,18 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term], campaign: Campaign) -> dict[str, str]:
-    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how."""
+def deck_part(terms: list[Term], campaign: Campaign, ledger: bool) -> dict[str, str]:
+    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how.
+
+    Args:
+        ledger: the decks keep account of the energy; said only if so, so that the cases without
+            one stay what they are.
+    """
     switches = {term.switch: term.values[term.inside] for term in terms}
     return switches | {
         "surface": SURFACES[campaign.contacts],
         "tangential_damping": DAMPINGS[campaign.damping],
+        **({"ledger": "on"} if ledger else {}),
     }
 
 
