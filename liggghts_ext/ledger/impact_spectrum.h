@@ -23,8 +23,9 @@ class ImpactSpectrum {
   static int bin_of(double energy)
   {
     if (!(energy > edge(0))) return 0;
+    if (!(energy < edge(bins))) return bins - 1;
     const int bin = static_cast<int>(per_decade * (std::log10(energy) - lowest_decade));
-    return bin < bins ? bin : bins - 1;
+    return bin < bins ? bin : bins - 1;  // rounding at the last edge
   }
 
   /// share: 1/2 where another rank, or a periodic image, counts the same impact.
