@@ -41,7 +41,7 @@ def account(ledger: Series) -> dict[str, Any]:
     last = len(angle) - 1
     # The rows are at steps: the one nearest to a revolution ago.
     first = int(np.argmin(np.abs(angle - (angle[last] - math.tau))))
-    if first == last:
+    if not angle[last] > angle[first]:
         raise ValueError("ledger.csv: the mill does not turn")
 
     def change(name: str) -> float:
