@@ -262,6 +262,10 @@ TEST(ContactEnergy, LoadsByKindAddUpToForceAndTorques)
       EXPECT_NEAR(sum[2], -f[d], 1e-12 * size_of(f));
       EXPECT_NEAR(sum[3], tj[d], 1e-12 * size_of(tj));
     }
+    // The spring's part is the spring's, so what else there is is the dashpot's, divided or not.
+    const Vector memory = vector_of(forces.displacement);
+    for (int d = 0; d < 3; ++d)
+      EXPECT_NEAR(on_i[tangential_spring][d], -contact.stiffness * memory[d], 1e-12 * size_of(f));
     // What slips is not damped.
     EXPECT_TRUE(forces.parts.slipped == 0.0 || size_of(contact.damped) == 0.0);
   }
