@@ -61,11 +61,18 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     _, cause = engine_text([str(find_engine()), "-in", DECK], folder)
     if cause:
         raise RuntimeError(f"the engine did not come to the end of {DECK}: {cause}")
-    found = account(read_ledger(folder))
     return {
         "tangential_damping": path.damping,
         "step_s": path.step,
         "balls": case["ball"]["count"],
+        **accounted(folder),
+    }
+
+
+def accounted(folder: Path) -> dict[str, Any]:
+    """What the mill left in its folder: the account, its work by series.csv, its impacts."""
+    found = account(read_ledger(folder))
+    return {
         **found,
         "series_work_J": series_work(folder, found["from_rad"], found["to_rad"]),
         "impacts": impact_spectrum(folder / "impacts.csv"),
@@ -114,11 +121,16 @@ def main() -> None:
         with tempfile.TemporaryDirectory(prefix="ledger-") as folder:
             kept[name] = turned(given.case, Path(folder), PATHS[name], given.angle)
         print(f"{name}: closure {kept[name]['closure']:.3g}", flush=True)
+        write(given.to, case, kept)
+
+
+def write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None:
+    """The results so far: a path takes minutes, and the next may fail."""
     record = provenance() | {"command": "python -m mill_validation.ledger CASE_FOLDER"}
-    document = {"schema": 1, "case": case["id"], "S": case["S"], "paths": kept}
-    given.to.parent.mkdir(parents=True, exist_ok=True)
+    document = {"schema": 1, "case": case["id"], "S": case["S"], "paths": paths}
+    file.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(document | {"provenance": record}, indent=1, allow_nan=False)
-    given.to.write_text(text + "\n")
+    file.write_text(text + "\n")
 
 
 if __name__ == "__main__":
