@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mill_analysis.charge import charge_result
+from mill_analysis.ledger import LEDGER, ledger_result
 from mill_analysis.run_folder import (
     CASE,
     RESULT,
@@ -46,7 +47,10 @@ def analyse_case(folder: Path) -> dict[str, Any]:
     identity = {key: case[key] for key in ("id", "kind", "scheme", "policy", "S")}
     with understood(folder / SERIES, "make case.json and series.csv again: millscale run"):
         result = {"schema": SCHEMA, **identity, **_RESULT_OF[kind](case, series)}
-        write_json(folder / RESULT, result)
+    if case.get("deck", {}).get("ledger") == "on":
+        with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):
+            result["ledger"] = ledger_result(folder)
+    write_json(folder / RESULT, result)
     return result
 
 

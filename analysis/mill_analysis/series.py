@@ -18,6 +18,12 @@ _EVENTS = (
     *("flight_x_m", "flight_y_m", "flight_z_m"),
     *("flight_vx_m_s", "flight_vy_m_s", "flight_vz_m_s", "time_in_flight_s"),
 )
+_LEDGER = (
+    *("elastic_normal_J", "elastic_tangential_J"),
+    *("dissipated_normal_J", "dissipated_tangential_J", "dissipated_rolling_J"),
+    *("tangential_dashpot_J", "tangential_slip_J", "spring_error_J"),
+    *("impacts", "impact_energy_J"),
+)
 REQUIRED = {
     "single-ball": (
         *_MOTION,
@@ -33,6 +39,13 @@ REQUIRED = {
         *("centre_x_m", "centre_z_m", "torque_Nm", "power_W"),
         *("balls_on_wall", "balls_in_bed", "balls_in_flight"),
     ),
+    "ledger": (
+        *_MOTION,
+        *_ENERGY,
+        "mill_work_J",
+        *(f"{pairing}_{term}" for pairing in ("ball_ball", "ball_wall") for term in _LEDGER),
+        "residual_J",
+    ),
 }
 _REMEDY = "run the case again: millscale run FILE --runs DIR --only ID"
 
@@ -41,7 +54,7 @@ def read_series(path: Path, kind: str) -> Series:
     """Columns of a series.csv by name, each (n,) float.
 
     Args:
-        kind: single-ball or multi-ball, as in case.json.
+        kind: single-ball or multi-ball, as in case.json; or ledger, for a ledger.csv.
 
     Raises:
         RunFolderError: missing or cut short, a column missing, a value that is not finite, or

@@ -79,12 +79,28 @@ struct BallTouch {
   Number excess{0.0};  ///< square of the radii's sum over `square` [m^2]; read if `from_excess`
 };
 
+/// What the force on i is made of, for the account of its energy (contact_energy.h); not computed
+/// where nobody reads it.
+template <class Number>
+struct BallParts {
+  Triple<Number> normal;    ///< unit vector from j to i
+  Number overlap;           ///< [m]
+  Number lever_i, lever_j;  ///< from the centres to half the overlap [m]
+  Number spring, push;      ///< elastic and whole normal force [N]
+  Number stiffness{0.0};    ///< k_t at this overlap [N/m]
+  Number slipped{0.0};      ///< by how much the memory was cut by Coulomb's limit [m]
+  Triple<Number> damped{Number(0.0), Number(0.0), Number(0.0)};  ///< by the tangential dashpot [N]
+  Triple<Number> rolling{Number(0.0), Number(0.0),
+                         Number(0.0)};  ///< torque; on j the opposite [N m]
+};
+
 template <class Number>
 struct BallForces {
   Triple<Number> force;               ///< on i; on j the opposite [N]
   Triple<Number> torque_i, torque_j;  ///< [N m]
   Triple<Number> displacement;        ///< the contact's memory after the step [m]
   Number damping{0.0};                ///< tangential coefficient, 0 if it slips [kg/s]; if bounded
+  BallParts<Number> parts;
 };
 
 /// Which terms a deck asks for.
@@ -140,6 +156,13 @@ inline BallForces<Number> ball_force(const BallTouch<Number>& touch, const BallL
   const Triple<Number> sliding = touch.velocity - normal_speed * normal - cross(spin, normal);
 
   BallForces<Number> result;
+  BallParts<Number>& parts = result.parts;
+  parts.normal = normal;
+  parts.overlap = overlap;
+  parts.lever_i = lever_i;
+  parts.lever_j = lever_j;
+  parts.spring = elastic;
+  parts.push = normal_force;
   result.force = normal_force * normal;
   Triple<Number> memory = touch.displacement, tangential{zero, zero, zero};
   if (terms.history) {
@@ -158,6 +181,9 @@ inline BallForces<Number> ball_force(const BallTouch<Number>& touch, const BallL
       result.damping = dashpot;
       dashpot = dashpot / (one + touch.held);
     }
+    parts.stiffness = stiffness;
+    parts.slipped = choose(slips, (spring - limit) / choose(slips, stiffness, one), zero);
+    parts.damped = (zero - dashpot) * sliding;
     tangential = (zero - stiffness * share) * memory - dashpot * sliding;
     if (advance) memory = share * memory;
   }
@@ -174,6 +200,7 @@ inline BallForces<Number> ball_force(const BallTouch<Number>& touch, const BallL
         choose(turns, law.rolling * elastic * radius / choose(turns, speed, one), zero);
     Triple<Number> torque = size * turning;
     torque = torque - dot(torque, normal) * normal;
+    parts.rolling = (zero - one) * torque;
     result.torque_i = result.torque_i - torque;
     result.torque_j = result.torque_j + torque;
   }

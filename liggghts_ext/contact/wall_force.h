@@ -7,6 +7,9 @@
 
 namespace millscale::contact {
 
+using millscale::cross;  // beside those of `Triple`
+using millscale::dot;
+
 /// Friction of a contact: Coulomb's coefficient and rolling friction [-].
 struct Friction {
   double sliding, rolling;
@@ -21,9 +24,20 @@ struct WallTouch {
   Vector spin;         ///< of the ball [rad/s]
 };
 
+/// What the force on the ball is made of, for the account of its energy (contact_energy.h).
+struct WallParts {
+  double lever = 0.0;               ///< from the ball's centre to half the overlap [m]
+  double spring = 0.0, push = 0.0;  ///< elastic and whole normal force [N]
+  double stiffness = 0.0;           ///< k_t at this overlap [N/m]
+  double slipped = 0.0;             ///< by how much the memory was cut by Coulomb's limit [m]
+  Vector tangential{}, damped{};    ///< whole tangential force, and the dashpot's in it [N]
+  Vector rolling{};                 ///< torque of rolling friction [N m]
+};
+
 struct ForceAndTorque {
   Vector force{};   ///< on the ball [N]
   Vector torque{};  ///< on the ball about its centre [N m]
+  WallParts parts;
 };
 
 namespace detail {
@@ -42,8 +56,9 @@ inline Vector sliding_velocity(const WallTouch& touch, double lever)
 
 /// Mindlin spring with memory, capped by Coulomb's limit; damped only while it sticks. Advances
 /// `displacement` by `dt`; with dt = 0 the memory is used as it is.
-inline Vector tangential_force(const Coefficients& k, double limit, const Vector& sliding,
-                               const Vector& normal, double dt, Vector& displacement)
+inline void tangential_force(const Coefficients& k, double limit, const Vector& sliding,
+                             const Vector& normal, double dt, Vector& displacement,
+                             WallParts& parts)
 {
   if (dt > 0.0) {
     for (int d = 0; d < 3; ++d) displacement[d] += sliding[d] * dt;
@@ -51,18 +66,21 @@ inline Vector tangential_force(const Coefficients& k, double limit, const Vector
     for (int d = 0; d < 3; ++d) displacement[d] -= along * normal[d];
   }
   const double elastic = k.tangential_stiffness * std::sqrt(dot(displacement, displacement));
-  Vector force;
+  parts.stiffness = k.tangential_stiffness;
   if (elastic > limit) {
     const double share = limit / elastic;
+    parts.slipped = (elastic - limit) / k.tangential_stiffness;
     for (int d = 0; d < 3; ++d) {
-      force[d] = -k.tangential_stiffness * displacement[d] * share;
+      parts.tangential[d] = -k.tangential_stiffness * displacement[d] * share;
       if (dt > 0.0) displacement[d] *= share;
     }
   } else {
-    for (int d = 0; d < 3; ++d)
-      force[d] = -k.tangential_stiffness * displacement[d] - k.tangential_damping * sliding[d];
+    for (int d = 0; d < 3; ++d) {
+      parts.damped[d] = -k.tangential_damping * sliding[d];
+      parts.tangential[d] =
+          -k.tangential_stiffness * displacement[d] - k.tangential_damping * sliding[d];
+    }
   }
-  return force;
 }
 
 /// Rolling friction as a torque of constant size against the spin, without its part about the
@@ -93,15 +111,20 @@ inline ForceAndTorque wall_force(const Pair& pair, const Friction& friction, con
   const double normal_force = elastic - k.normal_damping * normal_speed;
   const double lever = touch.ball_radius - 0.5 * touch.overlap;
   const Vector sliding = detail::sliding_velocity(touch, lever);
-  const Vector tangential = detail::tangential_force(k, friction.sliding * std::abs(normal_force),
-                                                     sliding, touch.normal, dt, displacement);
   ForceAndTorque result;
-  for (int d = 0; d < 3; ++d) result.force[d] = normal_force * touch.normal[d] + tangential[d];
-  const Vector moment = cross(touch.normal, tangential);
+  WallParts& parts = result.parts;
+  parts.lever = lever;
+  parts.spring = elastic;
+  parts.push = normal_force;
+  detail::tangential_force(k, friction.sliding * std::abs(normal_force), sliding, touch.normal, dt,
+                           displacement, parts);
+  for (int d = 0; d < 3; ++d)
+    result.force[d] = normal_force * touch.normal[d] + parts.tangential[d];
+  const Vector moment = cross(touch.normal, parts.tangential);
   for (int d = 0; d < 3; ++d) result.torque[d] = -lever * moment[d];
   if (friction.rolling > 0.0) {
-    const Vector rolling = detail::rolling_torque(friction.rolling * elastic * pair.radius, touch);
-    for (int d = 0; d < 3; ++d) result.torque[d] += rolling[d];
+    parts.rolling = detail::rolling_torque(friction.rolling * elastic * pair.radius, touch);
+    for (int d = 0; d < 3; ++d) result.torque[d] += parts.rolling[d];
   }
   return result;
 }

@@ -18,6 +18,7 @@
 #include "fix_mill_detach_track.h"
 #include "fix_mill_forces.h"
 #include "fix_mill_guard.h"
+#include "fix_mill_ledger.h"
 #include "fix_mill_occupancy.h"
 #include "fix_mill_restart.h"
 #include "fix_mill_similarity.h"
@@ -71,6 +72,7 @@ void register_styles(LAMMPS& engine)
   fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
+  fixes["mill/ledger"] = &create_fix<LAMMPS_NS::FixMillLedger>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
@@ -91,6 +93,8 @@ void list_styles(std::ostream& out)
          "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
          "  fix mill/restart         tells whole restart files from cut ones\n"
          "  fix mill/guard           stops a run that goes wrong, with the ball and the reason\n"
+         "  fix mill/ledger          work of the mill against what the charge stores and "
+         "dissipates\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "

@@ -4,6 +4,10 @@
 #include "pairs/cells.h"
 #include "pairs/rows.h"
 
+namespace millscale::ledger {
+class PairSums;
+}
+
 namespace millscale::pairs {
 
 /// What the force of all pairs needs. Nothing is owned here. The list is a `HalfList`.
@@ -32,6 +36,8 @@ using Evaluate = void (*)(const Task&);
 /// The same source compiled for levels of x86-64: the forces of all pairs, the partners of a ball.
 namespace v2 {
 void evaluate(const Task&);
+/// The same, and what the contacts do with the energy: for `fix mill/ledger`.
+void evaluate(const Task&, ledger::PairSums&);
 int* list_partners(const Candidates&, int i, Centre, int* out);
 }  // namespace v2
 namespace v3 {

@@ -1,4 +1,5 @@
 // One contact after the other: for machines without AVX, and the plain form of kernel_packs.cpp.
+#include "ledger/contact_sums.h"
 #include "pairs/kernel.h"
 
 namespace millscale::pairs::v2 {
@@ -18,8 +19,40 @@ void add(double* sum, double sign, const Triple<double>& part)
   sum[2] += sign * part.z;
 }
 
-void evaluate_contact(const Task& task, int i, int j, double* memory)
+/// Of those who keep no account of energy.
+struct NoSums {
+  void contact(const Task&, int, const contact::BallTouch<double>&,
+               const contact::BallForces<double>&)
+  {
+  }
+  void apart(int) {}
+};
+
+/// Writes the contacts into an account of energy.
+struct Sums {
+  ledger::PairSums& of;
+
+  void contact(const Task& task, int entry, const contact::BallTouch<double>& touch,
+               const contact::BallForces<double>& forces)
+  {
+    const int i = task.own[entry], j = task.other[entry];
+    const bool shared = j >= task.balls.owned;  // evaluated for the ghost's own ball as well
+    const double share = shared ? 0.5 : 1.0;
+    const auto energy = contact::energy_of(forces);
+    of.store(energy, share, task.advance);
+    contact::add_loads(energy, 1.0, forces.parts.lever_i, of.loads[i]);
+    if (!shared) contact::add_loads(energy, -1.0, forces.parts.lever_j, of.loads[j]);
+    if (!of.first_touch(entry) || !task.advance) return;
+    const double mass = touch.mass_i * touch.mass_j / (touch.mass_i + touch.mass_j);
+    of.meet(contact::approach_energy(mass, dot(touch.velocity, forces.parts.normal)), share);
+  }
+  void apart(int entry) { of.apart(entry); }
+};
+
+template <class SumsOrNone>
+void evaluate_contact(const Task& task, int entry, double* memory, SumsOrNone sums)
 {
+  const int i = task.own[entry], j = task.other[entry];
   const Balls& balls = task.balls;
   const Rows& rows = *task.rows;
   contact::BallTouch<double> touch;
@@ -36,6 +69,7 @@ void evaluate_contact(const Task& task, int i, int j, double* memory)
   touch.held = rows.motion[i].held + rows.motion[j].held;
   const auto& law = task.law[(balls.type[i] - 1) * task.types + balls.type[j] - 1];
   const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
+  sums.contact(task, entry, touch, result);
   memory[0] = result.displacement.x;
   memory[1] = result.displacement.y;
   memory[2] = result.displacement.z;
@@ -59,9 +93,8 @@ void hold(const Task& task)
   }
 }
 
-}  // namespace
-
-void evaluate(const Task& task)
+template <class SumsOrNone>
+void evaluate_all(const Task& task, SumsOrNone sums)
 {
   hold(task);
   for (int entry = 0; entry < task.entries; ++entry) {
@@ -71,14 +104,29 @@ void evaluate(const Task& task)
     double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
     if (dot(apart, apart) < radii * radii) {
       task.touching[entry] = 1;
-      evaluate_contact(task, i, j, memory);
-    } else if (task.touching[entry] && task.forget_apart) {
+      evaluate_contact(task, entry, memory, sums);
+      continue;
+    }
+    sums.apart(entry);
+    if (task.touching[entry] && task.forget_apart) {
       task.touching[entry] = 0;
       memory[0] = memory[1] = memory[2] = 0.0;
     }
   }
   for (int i = 0; task.terms.bounded && task.advance && i < task.balls.owned; ++i)
     task.damping[i] = task.rows->load[i].damping;
+}
+
+}  // namespace
+
+void evaluate(const Task& task)
+{
+  evaluate_all(task, NoSums{});
+}
+
+void evaluate(const Task& task, ledger::PairSums& sums)
+{
+  evaluate_all(task, Sums{sums});
 }
 
 int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)

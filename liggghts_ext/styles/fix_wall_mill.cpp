@@ -8,6 +8,7 @@
 #include "atom.h"
 #include "contact_laws.h"
 #include "error.h"
+#include "fix_mill_ledger.h"
 #include "fix_mill_similarity.h"
 #include "liner_arguments.h"
 #include "modify.h"
@@ -49,6 +50,13 @@ Vector memory_of(double key, const double* row)
   for (int s = 0; s < slots; ++s, row += slot_size)
     if (row[0] == key) return {row[1], row[2], row[3]};
   return {};
+}
+
+bool holds(double key, const double* row)
+{
+  for (int s = 0; s < slots; ++s, row += slot_size)
+    if (row[0] == key) return true;
+  return false;
 }
 
 }  // namespace
@@ -123,6 +131,7 @@ void FixWallMill::init()
     check_box();
     check_balls_fit();
     read_materials();
+    ledger_ = FixMillLedger::of(modify);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
@@ -179,7 +188,8 @@ void FixWallMill::evaluate(double dt)
   }
 }
 
-/// What a ball needs lies all over the memory; asked for early, it comes while others are looked at.
+/// What a ball needs lies all over the memory; asked for early, it comes while others are looked
+/// at.
 void FixWallMill::fetch_ahead(const Near& near) const
 {
   const int i = near.ball;
@@ -292,7 +302,7 @@ void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Con
 }
 
 /// Forces of a ball's contacts, which find their memories again and leave them in the ball's row.
-void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, const Contacts& found,
+void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Contacts& found,
                             double dt)
 {
   double* memory = row(i);
@@ -301,6 +311,7 @@ void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, const
   for (int c = 0; c < found.count; ++c) {
     const double key = found.contact[c].key;
     Vector displacement = memory_of(key, memory);
+    if (ledger_) found.contact[c].met = holds(key, memory);
     press(i, mill, arm, found.contact[c], dt, displacement);
     next[c * slot_size] = key;
     touching_[i] |= is_groove(key) ? on_groove : on_wall;
@@ -308,6 +319,14 @@ void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, const
   }
   std::copy(next, next + memory_size, memory);
 }
+
+/// A contact after the law is applied.
+struct FixWallMill::Pressed {
+  int ball;
+  const contact::WallTouch& touch;
+  const contact::ForceAndTorque& on_ball;
+  const Vector &displacement, &wall_velocity, &moment;
+};
 
 void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,
                         double dt, Vector& displacement)
@@ -333,6 +352,21 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
     on_wall_[d] -= on_ball.force[d];
     on_wall_[3 + d] -= moment[d];
   }
+  if (ledger_) account({i, touch, on_ball, displacement, wall_velocity, moment}, contact, dt);
+}
+
+/// Writes a contact into the account of energy.
+void FixWallMill::account(const Pressed& p, const Contact& contact, double dt) const
+{
+  millscale::ledger::ContactSums& sums = ledger_->on_wall();
+  const auto energy = contact::energy_of(p.touch, p.on_ball, p.displacement);
+  sums.store(energy, 1.0, dt > 0.0);
+  sums.add_wall(p.ball, energy, p.on_ball.parts.lever, p.wall_velocity);
+  if (contact.turns) sums.mill_torque += millscale::dot(p.moment, mill_fix_->axis());
+  if (!contact.met && dt > 0.0)
+    sums.meet(contact::approach_energy(atom->rmass[p.ball],
+                                       millscale::dot(p.touch.velocity, p.touch.normal)),
+              1.0);
 }
 
 void FixWallMill::contacts(int i, bool& wall, bool& on_liner) const

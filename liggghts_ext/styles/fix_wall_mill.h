@@ -23,6 +23,7 @@ class ArgumentList;
 
 namespace LAMMPS_NS {
 
+class FixMillLedger;
 class FixMillSimilarity;
 
 /// The rotating lifter-liner as an analytic wall, with exact arcs or the mesh's polygon, and flat
@@ -55,8 +56,9 @@ class FixWallMill : public FixPerBallRows {
   struct Contact {
     double overlap;
     millscale::Vector normal;
-    double key;  ///< of the surface, never 0
-    bool turns;  ///< the surface moves with the mill
+    double key;        ///< of the surface, never 0
+    bool turns;        ///< the surface moves with the mill
+    bool met = false;  ///< the ball touched it before
   };
   struct Contacts;
 
@@ -85,13 +87,16 @@ class FixWallMill : public FixPerBallRows {
   void look_at(Near& near, const MillNow& mill, double dt);
   void touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const;
   void touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const;
-  void press_all(int i, const MillNow& mill, const millscale::Vector& arm, const Contacts& found,
+  void press_all(int i, const MillNow& mill, const millscale::Vector& arm, Contacts& found,
                  double dt);
   void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
              double dt, millscale::Vector& displacement);
+  struct Pressed;
+  void account(const Pressed& pressed, const Contact& contact, double dt) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
+  FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
   millscale::liner::Widths widths_;
   std::unique_ptr<millscale::liner::Liner> liner_;
   double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs

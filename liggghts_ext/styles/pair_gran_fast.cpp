@@ -15,6 +15,7 @@
 #include "error.h"
 #include "fix_contact_damping.h"
 #include "fix_contact_history.h"
+#include "fix_mill_ledger.h"
 #include "force.h"
 #include "modify.h"
 #include "neigh_request.h"
@@ -165,6 +166,7 @@ void PairGranFast::init_granular()
         (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
   refuse_what_is_not_covered();
   damping_ = terms_.bounded ? damping_of_balls() : nullptr;
+  ledger_ = FixMillLedger::of(modify);
   laws_.clear();
   try {
     const auto laws = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
@@ -266,7 +268,10 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
                          reinterpret_cast<double(*)[3]>(atom->f[0]),
                          reinterpret_cast<double(*)[3]>(atom->torque[0]),
                          damping_ ? damping_->up_to_date() : nullptr};
-  if (task.balls.owned > 0) (mixed_ ? kernel_.evaluate_mixed : kernel_.evaluate)(task);
+  if (task.balls.owned > 0 && ledger_)
+    pairs::v2::evaluate(task, ledger_->between_balls());
+  else if (task.balls.owned > 0)
+    (mixed_ ? kernel_.evaluate_mixed : kernel_.evaluate)(task);
   if (check_every_ > 0 && update->ntimestep % check_every_ == 0) check_list();
 }
 
@@ -294,8 +299,9 @@ void PairGranFast::build_list()
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
     only_type_ = 0;
   pairs::build(list_, grid_, now, neighbor->skin, kernel_.list_partners);
-  rows_.for_balls(now.all, mixed_);
+  rows_.for_balls(now.all, mixed_ && !ledger_);
   recall_memories();
+  if (ledger_) ledger_->between_balls().begin_list(list_.touching.data(), list_.entries);
   show_list_to_engine();
 }
 

@@ -50,6 +50,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   std::string tangential_;
   millscale::contact::BallTerms terms_;
   class FixContactDamping* damping_ = nullptr;
+  class FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
   bool forget_apart_ = true;
   bool mixed_ = false;
   int check_every_ = 0;  ///< steps from search to search for missed contacts; 0: never

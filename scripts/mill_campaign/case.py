@@ -139,7 +139,7 @@ def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
         document["charge"] = parts.charge_part(campaign, model, ball["count"], time)
     document |= {
         "wall": wall_part(campaign, model),
-        "deck": deck_part(terms, campaign),
+        "deck": deck_part(terms, campaign, study.ledger),
         "domain": parts.domain_part(campaign, model),
         "output": parts.output_part(study, model, time),
         "warnings": [*campaign.warnings, *step.warnings],

@@ -93,6 +93,7 @@ class Study:
         wait: rest (single ball) or settling (multi-ball) before rotation [s].
         rotation_angle, sample_angle, dump_angle, restart_angle: of the mill [rad].
         charge: multi-ball only.
+        ledger: keeps account of the energy; multi-ball only.
     """
 
     kind: str
@@ -106,6 +107,7 @@ class Study:
     dump_angle: float
     restart_angle: float
     charge: Charge | None
+    ledger: bool = False
 
 
 @dataclass(frozen=True)

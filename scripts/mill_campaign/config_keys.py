@@ -232,6 +232,10 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "integer", "balls in the whole length of each model", least=1, most=10**8, many=True
         ),
         "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),
+        "ledger": Key(
+            "flag", "account of the energy, ledger.csv; contacts then take several times longer",
+            False,
+        ),
         "porosity": Key("number", "voids of the bed, with filling", 0.4, above=0.0, most=0.9),
         "slice_length_m": _positive("length simulated instead of the scaled length [m]"),
         "slice_diameters": _positive("the same in mean ball diameters"),

@@ -39,7 +39,23 @@ def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mi
         dump_angle=section["dump_angle_rad"],
         restart_angle=section["restart_angle_rad"],
         charge=None if single else _charge(path, sections, ratios, mill),
+        ledger=not single and _ledger(path, sections),
     )
+
+
+def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
+    """Only our own contacts and wall keep account of the energy."""
+    wanted = sections["multi_ball"]["ledger"]
+    for section, key, ours in (("model", "contacts", "fast"), ("wall", "kind", "analytic")):
+        got = sections[section][key]
+        if wanted and got != ours:
+            raise CampaignError(
+                path,
+                "multi_ball.ledger",
+                f'got true with {section}.{key} = "{got}", which keeps no account of energy',
+                f'{section}.{key} = "{ours}", or ledger = false',
+            )
+    return wanted
 
 
 def _ratios(path: Path, name: str, section: Section, mill: Mill) -> tuple[float, ...] | None:

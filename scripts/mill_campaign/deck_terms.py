@@ -61,17 +61,20 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term], campaign: Campaign) -> dict[str, str]:
-    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how."""
+def deck_part(terms: list[Term], campaign: Campaign, ledger: bool) -> dict[str, str]:
+    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how.
+
+    Args:
+        ledger: the decks keep account of the energy; said only if so, so that the cases without
+            one stay what they are.
+    """
     switches = {term.switch: term.values[term.inside] for term in terms}
-    return (
-        switches
-        | {
-            "surface": SURFACES[campaign.contacts],
-            "tangential_damping": DAMPINGS[campaign.damping],
-        }
-        | ({"precision": campaign.precision} if campaign.precision != "double" else {})
-    )
+    return switches | {
+        "surface": SURFACES[campaign.contacts],
+        "tangential_damping": DAMPINGS[campaign.damping],
+        **({"precision": campaign.precision} if campaign.precision != "double" else {}),
+        **({"ledger": "on"} if ledger else {}),
+    }
 
 
 def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:

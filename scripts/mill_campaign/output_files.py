@@ -10,22 +10,23 @@ from pathlib import Path
 from mill_campaign.restart_file import NotWholeError
 from mill_campaign.stage_table import DUMP_FOLDER
 
-SERIES = "series.csv"
+SERIES = ("series.csv", "ledger.csv")
 _DUMP = re.compile(r"\.(\d+)\.liggghts$")
 _DUMP_HEADER_LINES = 9
 _BLOCK_BYTES = 1 << 20
 
 
 def check_output(part: Path, first: int, step: int) -> None:
-    """Look at series.csv, if there is one, and the dumps of the steps after `first` up to `step`.
+    """Look at the series that are there and the dumps of the steps after `first` up to `step`.
 
     A full disk takes rows and parts of dumps without an error of the engine.
 
     Raises:
         NotWholeError: a row or a part of a dump is missing.
     """
-    if (part / SERIES).exists():
-        series_length(part / SERIES, first, step)
+    for name in SERIES:
+        if (part / name).exists():
+            series_length(part / name, first, step)
     for path in sorted((part / DUMP_FOLDER).glob("*.liggghts")):
         match = _DUMP.search(path.name)
         if match and int(match[1]) <= step and not _dump_is_whole(path):

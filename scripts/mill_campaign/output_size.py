@@ -16,6 +16,7 @@ PACKED_BALL = 90  # charge.data
 SETTLED_BALL = 600  # settled.restart, of which DIR/settled keeps a copy
 MOVING_BALL = 1000  # a restart file of the turning mill; the last two are kept
 OCCUPANCY = 640_000
+LEDGER_ROW, IMPACTS = 650, 20_000
 TRIANGLE = 350  # liner.stl and liner.vtp
 LOG_LINE = 60  # in log.STAGE and in out.STAGE
 FIXED = 150_000  # decks, records, the rest of the logs
@@ -36,6 +37,8 @@ def output_bytes(case: Mapping[str, Any]) -> int:
     total += SERIES_ROW[kind] * rows + 2 * LOG_LINE * lines
     if case["deck"]["dumps"] == "on":
         total += (time["steps"] // output["dump_steps"] + 2) * (DUMP_HEAD + DUMPED_BALL * balls)
+    if case["deck"].get("ledger") == "on":
+        total += LEDGER_ROW * rows + IMPACTS
     if kind == "multi-ball":
         total += OCCUPANCY + (PACKED_BALL + 2 * SETTLED_BALL + 2 * MOVING_BALL) * balls
     return total

@@ -139,12 +139,12 @@ def _put_aside(restart: RestartFile) -> RestartFile:
 
 def _cut(run: Run, step: int) -> None:
     """Drop the rows after the step: the engine appends those to come."""
-    series = run.part / SERIES
-    if not series.exists():
-        return
-    length = series_length(series, run.first, step)
-    if length < series.stat().st_size:
-        copy = series.with_name(f"{SERIES}.part")
-        shutil.copyfile(series, copy)
-        os.truncate(copy, length)
-        copy.replace(series)
+    for series in (run.part / name for name in SERIES):
+        if not series.exists():
+            continue
+        length = series_length(series, run.first, step)
+        if length < series.stat().st_size:
+            copy = series.with_name(f"{series.name}.part")
+            shutil.copyfile(series, copy)
+            os.truncate(copy, length)
+            copy.replace(series)

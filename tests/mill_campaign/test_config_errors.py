@@ -34,6 +34,18 @@ WRONG = {
         "wrong unit 'hz', nearest is speed_rad_s",
         "speed_rpm",
     ),
+    "account of stock contacts": (
+        MULTI_BALL | {"multi_ball__ledger": True, "model__contacts": "stock"},
+        "multi_ball.ledger",
+        'got true with model.contacts = "stock", which keeps no account of energy',
+        'model.contacts = "fast", or ledger = false',
+    ),
+    "account of a mesh wall": (
+        MULTI_BALL | {"multi_ball__ledger": True, "wall__kind": "mesh"},
+        "multi_ball.ledger",
+        'got true with wall.kind = "mesh"',
+        'wall.kind = "analytic"',
+    ),
     "missing key": (
         {"ball__density_kg_m3": None},
         "ball.density_kg_m3",

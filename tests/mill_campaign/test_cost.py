@@ -12,6 +12,7 @@ from mill_campaign.cost import (
     learned,
     memory_mb,
     most_ranks,
+    path_of,
     run_time,
     step_time,
     wall_time,
@@ -43,6 +44,13 @@ def single_ball(triangles, wall="mesh"):
 def test_a_step_on_one_rank_is_the_measured_one(surface, wall, measured):
     case = charge(surface=surface, wall=wall)
     assert step_time(case, 1) / 13370 * 1e9 == pytest.approx(measured, rel=0.02)
+
+
+def test_an_account_of_the_energy_has_a_rate_of_its_own():
+    plain, kept = charge(), charge()
+    kept["deck"]["ledger"] = "on"
+    assert step_time(kept, 1) > 2.0 * step_time(plain, 1)
+    assert path_of(kept) != path_of(plain)
 
 
 def test_a_third_of_the_work_on_two_ranks_of_the_small_mill_is_for_ghost_balls():

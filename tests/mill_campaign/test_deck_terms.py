@@ -34,6 +34,17 @@ def test_a_charge_with_friction_has_every_term(tmp_path):
     assert of_kind(tmp_path, "multi-ball")["deck"] == EVERYTHING
 
 
+def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
+    asked = of_kind(tmp_path, "multi-ball", multi_ball__ledger=True)
+    assert asked["deck"] == EVERYTHING | {"ledger": "on"}
+    # Asked not to, or not asked: the case is what it was before there was an account.
+    plain = of_kind(tmp_path, "multi-ball", multi_ball__ledger=False)
+    assert plain["deck"] == EVERYTHING
+    assert plain["digest"] == of_kind(tmp_path, "multi-ball")["digest"] != asked["digest"]
+    rows = plain["time"]["steps"] // plain["output"]["sample_steps"]
+    assert asked["predicted"]["output_bytes"] - plain["predicted"]["output_bytes"] > 500 * rows
+
+
 def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
     assert case["deck"] == EVERYTHING | {"surface": "default", "tangential_damping": "on"}

@@ -32,6 +32,11 @@ def series(part, last, without=()):
     (part / "series.csv").write_text(HEADER + "".join(f"{step},{step}.5\n" for step in steps))
 
 
+def ledger(part, last, without=()):
+    series(part, last, without)
+    (part / "series.csv").rename(part / "ledger.csv")
+
+
 def dump(part, step, balls=2, lines=2):
     (part / "dump").mkdir(exist_ok=True)
     text = (
@@ -175,3 +180,19 @@ def test_a_series_that_is_not_whole_is_refused(tmp_path, text):
     (tmp_path / "series.csv").write_text(text)
     with pytest.raises(NotWholeError, match=r"series\.csv"):
         check_output(tmp_path, FIRST, 125)
+
+
+def test_the_account_of_the_energy_is_cut_with_the_series(stopped):
+    ledger(stopped.part, 340)
+    series(stopped.part, 340)
+    assert begin(stopped).restart.step == 300
+    for name in ("series.csv", "ledger.csv"):
+        assert (stopped.part / name).read_text().splitlines()[-1].startswith("300,")
+
+
+def test_a_file_is_of_no_use_where_the_account_lacks_a_row(stopped):
+    ledger(stopped.part, 340, without=(250,))
+    series(stopped.part, 340)
+    beginning = begin(stopped)
+    assert beginning.restart.step == 200
+    assert "ledger.csv has step 260 where 250 was to be" in beginning.note

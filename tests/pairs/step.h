@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/written_out.h"
+#include "ledger/contact_sums.h"
 #include "pairs/cloud.h"
 #include "pairs/kernel.h"
 
@@ -61,18 +62,36 @@ struct Step {
     return one && !type.empty() ? type[0] : 0;
   }
 
-  void with(const Kernel& kernel)
+  /// With `sums`, the plain kernel writes the account of energy into them.
+  void with(const Kernel& kernel, millscale::ledger::PairSums* sums = nullptr)
   {
     std::vector<contact::BallLaw<double>> laws;
     for (const auto& m : materials)
       laws.push_back(
           contact::ball_law(m.youngs_modulus, m.shear_modulus, m.damping, m.sliding, m.rolling));
     RowStore store;
-    const Rows rows = store.for_balls(cloud.all(), is_mixed(kernel));
-    kernel.evaluate({cloud.view(), &rows, list.entries, list.own.data(), list.other.data(),
-                     list.touching.data(), list.displacement.data(), laws.data(), 2, only_type(),
-                     terms, dt, advance, forget_apart, reinterpret_cast<double(*)[3]>(force.data()),
-                     reinterpret_cast<double(*)[3]>(torque.data()), damping.data()});
+    const Rows rows = store.for_balls(cloud.all(), is_mixed(kernel) && !sums);
+    const Task task{cloud.view(),
+                    &rows,
+                    list.entries,
+                    list.own.data(),
+                    list.other.data(),
+                    list.touching.data(),
+                    list.displacement.data(),
+                    laws.data(),
+                    2,
+                    only_type(),
+                    terms,
+                    dt,
+                    advance,
+                    forget_apart,
+                    reinterpret_cast<double(*)[3]>(force.data()),
+                    reinterpret_cast<double(*)[3]>(torque.data()),
+                    damping.data()};
+    if (!sums) return kernel.evaluate(task);
+    sums->clear(cloud.owned());
+    sums->begin_list(list.touching.data(), list.entries);
+    v2::evaluate(task, *sums);
   }
 
   double apart_square(int i, int j) const

@@ -1,0 +1,137 @@
+"""`python -m mill_validation.ledger CASE_FOLDER [--to FILE]`: whether the energy adds up.
+
+The folder is that of a multi-ball case that is settled. Its mill turns with an account of the
+energy, once as campaigns run it and once with contacts as stock LIGGGHTS has them; written are the
+terms of the last revolution and their closure.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mill_analysis.ledger import account, impact_spectrum, read_ledger
+from mill_analysis.series import read_series
+from mill_bench.record import provenance
+from mill_campaign.decks import copy_decks
+from mill_campaign.engine_run import engine_text, find_engine
+from mill_campaign.parameters import write_parameters
+
+DECK, BED, PAIR = "mill.in", "settled.restart", "pair_gran.in"
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Who evaluates contacts how: tangential damping, more words of the pair style, step [s]."""
+
+    damping: str
+    words: str
+    step: float
+
+
+# Steps: that of campaigns at S = 2.6, and the longest that plain damping takes there
+# (docs/time-step.md).
+PATHS = {
+    "default": Contacts("bounded", "", 2e-4),
+    "stock-compatible": Contacts("on", "memory stock", 1e-4),
+}
+
+
+def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None) -> dict[str, Any]:
+    """Turn the settled mill of a case on one path; the account of its last revolution.
+
+    Args:
+        angle: of the rotation [rad]; None: that of the case.
+    """
+    case = json.loads((case_folder / "case.json").read_text())
+    copy_decks((DECK,), folder)
+    write_parameters(with_ledger(case, path, angle), folder)
+    shutil.copyfile(case_folder / BED, folder / BED)
+    pair = (folder / PAIR).read_text()
+    damping = "tangential_damping ${tangential_damping}"
+    (folder / PAIR).write_text(pair.replace(damping, f"{damping} {path.words}"))
+    _, cause = engine_text([str(find_engine()), "-in", DECK], folder)
+    if cause:
+        raise RuntimeError(f"the engine did not come to the end of {DECK}: {cause}")
+    return {
+        "tangential_damping": path.damping,
+        "step_s": path.step,
+        "balls": case["ball"]["count"],
+        **accounted(folder),
+    }
+
+
+def accounted(folder: Path) -> dict[str, Any]:
+    """What the mill left in its folder: the account, its work by series.csv, its impacts."""
+    found = account(read_ledger(folder))
+    return {
+        **found,
+        "series_work_J": series_work(folder, found["from_rad"], found["to_rad"]),
+        "impacts": impact_spectrum(folder / "impacts.csv"),
+    }
+
+
+def with_ledger(case: Mapping[str, Any], path: Contacts, angle: float | None) -> dict[str, Any]:
+    """A case.json with the account in its decks, on a path, without dumps and restart files."""
+    time, output = dict(case["time"]), dict(case["output"])
+    longer = path.step / time["step_s"]
+    angle = angle or time["rotation_angle_rad"]
+    steps = time["rotation_steps"] / longer * angle / time["rotation_angle_rad"]
+    time |= {"step_s": path.step, "rotation_steps": round(steps)}
+    for name in ("sample_steps", "thermo_steps"):
+        output[name] = max(1, round(output[name] / longer))
+    output["restart_steps"] = time["rotation_steps"] + 1
+    deck = case["deck"] | {
+        "ledger": "on",
+        "dumps": "off",
+        "surface": "fast",
+        "tangential_damping": path.damping,
+    }
+    return dict(case) | {"time": time, "output": output, "deck": deck}
+
+
+def series_work(folder: Path, begin: float, end: float) -> float:
+    """Work of the mill [J] between two mill angles [rad] from the powers in series.csv, which know
+    nothing of the account; a sample stands for some ten to a hundred steps."""
+    series = read_series(folder / "series.csv", "multi-ball")
+    angle = series["mill_angle_rad"]
+    inside = (angle >= begin - 1e-9) & (angle <= end + 1e-9)
+    return float(np.trapezoid(series["power_W"][inside], series["time_s"][inside]))
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("case", type=Path, help="folder of a settled multi-ball case")
+    arguments.add_argument("--to", type=Path, default=Path("docs/results/ledger.json"))
+    arguments.add_argument("--angle", type=float, help="rotation [rad]; default: the case's")
+    arguments.add_argument("--only", choices=PATHS, help="one path; keeps the other's results")
+    given = arguments.parse_args()
+    paths = [given.only] if given.only else list(PATHS)
+    kept = json.loads(given.to.read_text())["paths"] if given.only and given.to.exists() else {}
+    case = json.loads((given.case / "case.json").read_text())
+    for name in paths:
+        with tempfile.TemporaryDirectory(prefix="ledger-") as folder:
+            kept[name] = turned(given.case, Path(folder), PATHS[name], given.angle)
+        print(f"{name}: closure {kept[name]['closure']:.3g}", flush=True)
+        write(given.to, case, kept)
+
+
+def write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None:
+    """The results so far: a path takes minutes, and the next may fail."""
+    record = provenance() | {"command": "python -m mill_validation.ledger CASE_FOLDER"}
+    document = {"schema": 1, "case": case["id"], "S": case["S"], "paths": paths}
+    file.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(document | {"provenance": record}, indent=1, allow_nan=False)
+    file.write_text(text + "\n")
+
+
+if __name__ == "__main__":
+    main()

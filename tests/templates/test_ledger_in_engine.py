@@ -1,0 +1,48 @@
+"""Decks with an account of the energy: its files, its closure, and the same series without it."""
+
+import json
+
+import numpy as np
+import pytest
+from test_left_out import CHARGE, NOTHING_FORCED, ran
+
+from mill_analysis.ledger import account, impact_spectrum, read_ledger
+from mill_analysis.series import read_series
+from mill_campaign.case import cases_of
+from mill_campaign.config_build import load_campaign
+from mill_validation.ledger import PATHS, turned
+
+pytestmark = pytest.mark.engine
+
+STUDY = CHARGE | {"count": [300], "settle_s": 0.1, "rotation_angle_rad": 0.3}
+
+
+def test_the_decks_keep_an_account_for_the_asking(tmp_path):
+    kept = ran(tmp_path / "kept", "analytic", {"multi_ball": STUDY | {"ledger": True}}, [])
+    plain = ran(tmp_path / "plain", "analytic", {"multi_ball": STUDY}, NOTHING_FORCED)
+    assert not (plain / "ledger.csv").exists()
+    ledger, series = read_ledger(kept), read_series(kept / "series.csv", "multi-ball")
+    np.testing.assert_array_equal(ledger["step"], series["step"])
+    for name in ("kinetic_translation_J", "kinetic_rotation_J", "potential_J"):
+        # Changes there, values here; both have been printed with all digits.
+        np.testing.assert_allclose(
+            np.diff(ledger[name]), np.diff(series[name]), rtol=1e-6, atol=1e-8
+        )
+    found = account(ledger)
+    assert abs(found["closure"]) < 0.01
+    assert abs(found["closure_of_forces"]) < 1e-5
+    assert impact_spectrum(kept / "impacts.csv")["ball_ball"]["impacts"]
+
+
+def test_both_paths_of_the_validation_close(tmp_path):
+    study = {"multi_ball": STUDY}
+    settled = ran(tmp_path / "settled", "analytic", study, NOTHING_FORCED)
+    case = cases_of(load_campaign(settled / "campaign.toml"))[0].document
+    (settled / "case.json").write_text(json.dumps(case))
+    for name, contacts in PATHS.items():
+        (tmp_path / name).mkdir()
+        found = turned(settled, tmp_path / name, contacts, None)
+        assert found["to_rad"] == pytest.approx(case["time"]["rotation_angle_rad"], rel=0.05)
+        assert found["step_s"] == contacts.step
+        assert abs(found["closure"]) < 0.01
+        assert found["mill_work_J"] > 0.0 and found["series_work_J"] > 0.0
