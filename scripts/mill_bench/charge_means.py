@@ -112,8 +112,8 @@ def edited(edits: Mapping[str, str]) -> str:
     """mills.toml with three seeds of the S = 2.6 mill alone, to 8 rad, and the edits."""
     content = MILLS.read_text()
     whole = {
-        "S = [1.0, 2.6]": "S = [2.6]",
-        "count = [231461, 13370]": f"count = [13370]\nseeds = {list(SEEDS)}",
+        "S = [1.0, 1.696, 2.6, 4.2, 6.1]": "S = [2.6]",
+        "count = [231461, 47446, 13370, 3124, 1020]": f"count = [13370]\nseeds = {list(SEEDS)}",
         "rotation_angle_rad = 2.0": "rotation_angle_rad = 8.0",
     }
     for old, new in (whole | dict(edits)).items():

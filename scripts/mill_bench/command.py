@@ -13,13 +13,14 @@ from mill_bench.charge_means import SLICES, STEPS, WALLS, compared
 from mill_bench.compare import Plan, interleaved, ratio_of_medians, rows
 from mill_bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, MIXED, YADE
 from mill_bench.record import provenance
-from mill_bench.scenes import SCENES, Scene, prepare
+from mill_bench.scenes import SCENES, SIZES, Scene, prepare
+from mill_bench.size_figure import draw_sizes
 from mill_campaign.errors import CampaignError
 
 WARM_STEPS = 200
 REPEATS = 3
 DRUM_SCENE = "drum"
-WALL, SLICE, STEP = "wall", "slices", "steps"
+WALL, SLICE, STEP, SIZE = "wall", "slices", "steps", "size"
 
 
 def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
@@ -38,8 +39,10 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
         }
     if scene_name == STEP:
         return {"schema": 1, "steps": compared(STEPS, runs, console), "provenance": provenance()}
+    if scene_name == SIZE:
+        return _sizes(runs, console)
     if scene_name not in SCENES:
-        known = ", ".join((*SCENES, WALL, SLICE, STEP))
+        known = ", ".join((*SCENES, WALL, SLICE, STEP, SIZE))
         raise CampaignError("millscale bench", "--scene", f"got {scene_name}", known)
     scene = SCENES[scene_name]
     state = prepare(scene, runs, console)
@@ -54,6 +57,22 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
         "provenance": provenance(),
     }
     return result
+
+
+def _sizes(runs: Path, console: Console) -> dict:
+    """Cost against the number of balls, on one and on two ranks, and its picture in the folder."""
+    variants = (MILLSCALE, MIXED, LIGGGHTS)
+    table = []
+    for size in SIZES:
+        state = prepare(size, runs, console)
+        for ranks in (1, 2):
+            plan = Plan(ranks, WARM_STEPS, size.steps, size.rounds)
+            timed = interleaved(variants, state, plan, runs / "timed", console.print)
+            table += rows(SIZE, variants, state, plan, timed)
+    picture = runs / "cost-against-size.png"
+    draw_sizes(table, picture)
+    console.print(f"picture: {picture}")
+    return {"schema": 1, "rows": table, "provenance": provenance()}
 
 
 def _walls(runs: Path, console: Console) -> dict:

@@ -51,6 +51,12 @@ SCENES = {
     )
 }
 
+# For the cost against size: about as many ball-steps each.
+SIZES = tuple(
+    Scene("size", MILLS, f"mb-cg-paper-S{S:.3f}", 1, steps, steps, 3)
+    for S, steps in ((6.1, 10000), (4.2, 4000), (2.6, 1000), (1.696, 300), (1.0, 100))
+)
+
 
 def prepare(scene: Scene, folder: Path, console: Console) -> State:
     """The scene in motion; made when it is not there, which takes minutes (S = 1: ten or more)."""

@@ -21,7 +21,8 @@ from mill_bench.engines import (
     Phases,
     time_run,
 )
-from mill_bench.scenes import MILLS, SCENES
+from mill_bench.scenes import MILLS, SCENES, SIZES
+from mill_bench.size_figure import draw_sizes
 from mill_bench.state import State, read_data, write_data
 from mill_campaign.case import cases_of
 from mill_campaign.charge import liner_of
@@ -90,14 +91,33 @@ def test_rows_compare_with_stock_liggghts(tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_that_names_the_known_ones(tmp_path):
-    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, steps"):
+    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, steps, size"):
         bench("s3", True, tmp_path / "runs", None)
     assert not (tmp_path / "runs").exists()
 
 
 def test_the_scenes_are_mills_of_the_campaign():
     ids = {case.id for case in cases_of(load_campaign(MILLS))}
-    assert {scene.case for scene in SCENES.values()} == ids
+    assert {scene.case for scene in (*SCENES.values(), *SIZES)} == ids
+    assert {scene.case for scene in SIZES} == ids
+
+
+def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_path):
+    plan = [
+        (State({}, tmp_path, tmp_path, 0.0, n), Plan(r, 0, 9, 1)) for n in (9, 99) for r in (1, 2)
+    ]
+    phases = [[Phases(100.0, 60.0, 20.0, 5.0, 15.0)]] * 2
+    table = [
+        row for state, p in plan for row in rows("size", (MILLSCALE, LIGGGHTS), state, p, phases)
+    ]
+    figure = draw_sizes(table, tmp_path / "size.png")
+    labels = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+    assert labels == {
+        f"{name}, {ranks}"
+        for name in ("millscale", "stock LIGGGHTS")
+        for ranks in ("1 rank", "2 ranks")
+    }
+    assert (tmp_path / "size.png").stat().st_size > 10_000
 
 
 @pytest.mark.engine
