@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mill_analysis.charge import charge_scales
-from mill_analysis.figures import STYLE
+from mill_analysis.figures import STYLE, shades_of_models
 from mill_analysis.run_folder import SERIES, FinishedCase
 from mill_analysis.series import read_series
 
@@ -34,12 +36,14 @@ def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(7.2, 7.4), layout="constrained")
         panels = figure.subplots(3, 2, sharex=True)
-        for case, colour in zip(cases, _COLOURS * len(cases), strict=False):
+        looks = _looks(cases)
+        for case in cases:
+            look = looks[case.id]
             series = read_series(case.folder / SERIES, "multi-ball")
             scales = charge_scales(case.case)
             for axes, (_, column, scale, _, sign) in zip(panels.flat, _PANELS, strict=True):
                 values = sign * series[column] / (scales[scale] if dimensionless else 1.0)
-                axes.plot(series["mill_angle_rad"], values, color=colour, lw=1.0, label=case.id)
+                axes.plot(series["mill_angle_rad"], values, lw=1.0, **look)
         for axes, (name, _, scale, unit, _) in zip(panels.flat, _PANELS, strict=True):
             divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
             axes.set_ylabel(f"{name} {divisor}")
@@ -50,6 +54,23 @@ def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
         handles, labels = panels[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
+
+
+def _looks(cases: Sequence[FinishedCase]) -> dict[str, dict[str, Any]]:
+    """Line of each case: colour by S, black at S = 1, dashes at constant speed. Seeds of one model
+    look alike, and the first has its name."""
+    colours = shades_of_models(case.case["S"] for case in cases)
+    looks: dict[str, dict[str, Any]] = {}
+    named: set[str] = set()
+    for case in cases:
+        model = re.sub(r"-seed\d+$", "", case.id)
+        looks[case.id] = {
+            "color": colours[case.case["S"]],
+            "linestyle": "--" if case.case["scheme"] == "constant-speed" else "-",
+            "label": "_" if model in named else model,
+        }
+        named.add(model)
+    return looks
 
 
 def _ignore_start(axes: Axes) -> None:

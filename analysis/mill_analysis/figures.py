@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mill_analysis import paper
-from mill_analysis.comparison import policy_models, row_key
+from mill_analysis.comparison import is_physical, policy_models, row_key
 from mill_analysis.cross_section import liner_outline
 from mill_analysis.run_folder import SERIES, FinishedCase
 from mill_analysis.series import Series, read_series
@@ -214,6 +214,14 @@ def _ratio_points(all_axes: Sequence[Axes], points: list[tuple[float, float]], l
     upper, lower = all_axes
     upper.plot(predicted, ratio, ls="none", ms=5.5, **look)
     lower.plot(predicted, 100.0 * (ratio / predicted - 1.0), ms=5.5, lw=0.8, alpha=0.9, **look)
+
+
+def shades_of_models(models: Iterable[float]) -> dict[float, Any]:
+    """A colour for each S; the physical mill's is black."""
+    known = set(models)
+    scaled = sorted(S for S in known if not is_physical(S))
+    shades = colormaps["viridis"](np.linspace(0.85, 0.15, len(scaled)))
+    return dict.fromkeys(known, "black") | dict(zip(scaled, map(tuple, shades), strict=True))
 
 
 def _colours(count: int) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib import colormaps, rc_context
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -16,7 +16,7 @@ from mill_analysis.charge_models import Charge
 from mill_analysis.comparison import is_physical
 from mill_analysis.cross_section import groove_box, liner_outline
 from mill_analysis.curtain import RESOLUTION
-from mill_analysis.figures import STYLE
+from mill_analysis.figures import STYLE, shades_of_models
 from mill_analysis.mass_flow import FRAMES
 from mill_analysis.shapes import Shape
 from mill_analysis.solid_fraction import Grid
@@ -26,16 +26,13 @@ DASHES = {"fixed": "-", "overlap-matched": (0, (4, 1.5))}
 
 def model_look(charges: Sequence[Charge]) -> dict[tuple[str, str], dict]:
     """Line style of each charge: colour by S, black at S = 1, dashes for a matched E."""
-    scaled = sorted({charge.S for charge in charges if not is_physical(charge.S)})
-    shades = dict(
-        zip(scaled, colormaps["viridis"](np.linspace(0.85, 0.15, len(scaled))), strict=True)
-    )
+    shades = shades_of_models(charge.S for charge in charges)
     return {
         charge.key: {
-            "color": shades.get(charge.S, "black"),
-            "lw": 1.2 if charge.S in shades else 1.8,
+            "color": shades[charge.S],
+            "lw": 1.8 if is_physical(charge.S) else 1.2,
             "ls": DASHES[charge.stiffness],
-            "zorder": 3 if charge.S in shades else 2,
+            "zorder": 2 if is_physical(charge.S) else 3,
         }
         for charge in charges
     }
