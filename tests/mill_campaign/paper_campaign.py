@@ -48,7 +48,7 @@ def campaign_text(**changes: Any) -> str:
         elif value is None:
             del sections[name]
         else:
-            sections[name] = value
+            sections[name] = dict(value)  # a further change is not of the given one
     lines = []
     for name, content in sections.items():
         lines.append(f"[{name}]")

@@ -67,6 +67,8 @@ def test_the_force_of_two_balls_is_hertz_with_both_moduli_and_radii(tmp_path, co
         "normal force / Hertz",
         expected=1.0,
         got=np.array(forces) / hertz,
-        tolerance=1e-9,
-        reason="an overlap of 1e-5 m is a difference of coordinates of 0.1 m",
+        tolerance=1.2e-6 if "mixed" in path else 1e-9,
+        reason="some twenty roundings of 6e-8 of single precision"
+        if "mixed" in path
+        else "an overlap of 1e-5 m is a difference of coordinates of 0.1 m",
     )
