@@ -16,6 +16,7 @@ COLUMNS = (
     ("balls", "balls", "{:,}", 1.0),
     ("seeds", "seeds", "{}", 1.0),
     ("wall_time_s", "wall time [s]", "{:.0f}", 1.0),
+    ("processor_time_s", "processor time [s]", "{:.0f}", 1.0),
     ("speed_up", "speed-up", "{:.1f}", 1.0),
     ("contour_error_mean", "contour, mean [%]", "{:.2f}", 100.0),
     ("contour_error_max", "contour, largest [%]", "{:.1f}", 100.0),
@@ -39,10 +40,10 @@ def model_rows(rows: Sequence[Row]) -> list[Row]:
         rows: of `charge_comparison.compare_charges`.
 
     Returns:
-        Rows with MODEL_KEYS; seeds; is_reference; balls, ranks, wall_time_s, speed_up; each of
-        ERRORS, None for a reference; spread, the standard deviation of each over the seeds, None
-        for one seed; noise, each between two seeds of the model, or of the model that lends its
-        seeds (`noise_of`).
+        Rows with MODEL_KEYS; seeds; is_reference; balls, ranks, wall_time_s, speed_up,
+        processor_time_s (or None); each of ERRORS, None for a reference; spread, the standard
+        deviation of each over the seeds, None for one seed; noise, each between two seeds of the
+        model, or of the model that lends its seeds (`noise_of`).
     """
     groups: dict[tuple, list[Row]] = {}
     for row in rows:
@@ -58,6 +59,7 @@ def _model_row(seeds: list[Row]) -> Row:
         "seeds": len(seeds),
         "is_reference": any(row["is_reference"] for row in seeds),
         "wall_time_s": mean_known(row["wall_time_s"] for row in seeds),
+        "processor_time_s": mean_known(row["processor_time_s"] for row in seeds),
         "speed_up": mean_known(row["speed_up"] for row in seeds),
         **{name: mean_known(known) for name, known in values.items()},
         "spread": {name: deviation(known) for name, known in values.items()},

@@ -201,7 +201,7 @@ def test_command_writes_rows_with_their_origin(throws, tmp_path, capsys):
     assert len(table) == 2 + 3  # a line for each model
     assert len({line.count("|") for line in table}) == 1
     assert " ± " in table[3] and "(" in table[3]
-    assert "| 12 | 1.0 | – | – |" in table[2]  # the physical mill against itself
+    assert "| 12 | – | 1.0 | – | – |" in table[2]  # the physical mill against itself
     assert main([str(throws), str(throws), "--to", str(target)]) == 1
     assert "a second campaign named 'synthetic'" in capsys.readouterr().err
 
