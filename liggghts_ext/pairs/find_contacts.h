@@ -72,8 +72,7 @@ inline Pack four(const double* numbers)
 template <class Work>
 inline void for_each_ball(int balls, const Work& work)
 {
-  for (int i = 0; i + 1 < balls; ++i)
-    work(i, [](const double* vector) { return four(vector); });
+  for (int i = 0; i + 1 < balls; ++i) work(i, [](const double* vector) { return four(vector); });
   if (balls > 0) work(balls - 1, [](const double* vector) { return three(vector); });
 }
 
@@ -222,19 +221,71 @@ inline void find(const Task& task, int entry, int count, Found& found)
   found.count += __builtin_popcount(now);
 }
 
+/// The laws of some contacts, as a pack.
+template <class Number, int lanes>
+inline contact::BallLaw<Number> gather_law(const Task& task, const int* entry)
+{
+  contact::BallLaw<Number> all;
+  for (int lane = 0; lane < lanes; ++lane) {
+    const int a = task.balls.type[task.own[entry[lane]]] - 1;
+    const int b = task.balls.type[task.other[entry[lane]]] - 1;
+    const contact::BallLaw<double>& law = task.law[a * task.types + b];
+    all.normal_stiffness.values[lane] = law.normal_stiffness;
+    all.tangential_stiffness.values[lane] = law.tangential_stiffness;
+    all.normal_damping.values[lane] = law.normal_damping;
+    all.tangential_damping.values[lane] = law.tangential_damping;
+    all.sliding.values[lane] = law.sliding;
+    all.rolling.values[lane] = law.rolling;
+  }
+  return all;
+}
+
+template <class Number>
+inline contact::BallLaw<Number> same_law(const contact::BallLaw<double>& law)
+{
+  return {Number(law.normal_stiffness), Number(law.tangential_stiffness),
+          Number(law.normal_damping),   Number(law.tangential_damping),
+          Number(law.sliding),          Number(law.rolling)};
+}
+
+/// What the damping of a ball's contacts is divided by [-], 0 if it is not bounded.
+inline double held(const Task& task, int i)
+{
+  if (!task.terms.bounded) return 0.0;
+  return contact::damping_held(task.damping[i], task.balls.mass[i], task.dt);
+}
+
+/// Asks the memory for what a contact needs: that lies all over it.
+template <class Motion, class Load>
+inline void fetch_ahead(const Task& task, int entry, const Motion* motion, const Load* load)
+{
+  const int j = task.other[entry];
+  const double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
+  __builtin_prefetch(motion + j);
+  __builtin_prefetch(load + j, 1);
+  __builtin_prefetch(memory, 1);
+  __builtin_prefetch(memory + 2, 1);
+}
+
 /// Evaluates all contacts of the list, `lanes` at a time. `fetch` asks the memory for what a
-/// contact needs: that lies all over it. `forces` gets entries and how many of them count; the
-/// others, of the last pack, repeat one that does.
-template <int lanes, class Fetch, class Forces>
+/// contact needs. `forces` gets entries, how many of them count, and their laws; the others, of the
+/// last pack, repeat one that does.
+template <class Number, int lanes, class Fetch, class Forces>
 inline void evaluate_list(const Task& task, const Fetch& fetch, const Forces& forces)
 {
   constexpr int block = Found::block;
   Found found;
+  auto law =
+      same_law<Number>(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
+  const auto evaluate = [&](const int* entry, int count) {
+    if (task.only_type == 0) law = gather_law<Number, lanes>(task, entry);
+    forces(entry, count, law);
+  };
   for (int entry = 0; entry < task.entries; entry += width) {
     find(task, entry, task.entries - entry, found);
     if (found.count < 2 * block) continue;
     for (int k = block; k < 2 * block; ++k) fetch(found.entry[k]);
-    for (int k = 0; k < block; k += lanes) forces(found.entry + k, lanes);
+    for (int k = 0; k < block; k += lanes) evaluate(found.entry + k, lanes);
     found.count -= block;
     for (int k = 0; k < block + width; ++k) found.entry[k] = found.entry[block + k];
   }
@@ -243,7 +294,7 @@ inline void evaluate_list(const Task& task, const Fetch& fetch, const Forces& fo
     found.entry[k] = found.entry[k / lanes * lanes];
   }
   for (int k = 0; k < found.count; k += lanes)
-    forces(found.entry + k, found.count - k < lanes ? found.count - k : lanes);
+    evaluate(found.entry + k, found.count - k < lanes ? found.count - k : lanes);
 }
 
 }  // namespace

@@ -94,35 +94,6 @@ inline Quads rows(const Vectors& v, Singles fourth)
   return transposed({{v.x, v.y, v.z, fourth}});
 }
 
-template <class Value>
-inline Singles gather(const Value& value)
-{
-  Singles all;
-  for (int lane = 0; lane < lanes; ++lane) all.values[lane] = static_cast<float>(value(lane));
-  return all;
-}
-
-Law gather_law(const Task& task, const int* entry)
-{
-  const contact::BallLaw<double>* law[lanes];
-  for (int lane = 0; lane < lanes; ++lane)
-    law[lane] = &task.law[(task.balls.type[task.own[entry[lane]]] - 1) * task.types +
-                          task.balls.type[task.other[entry[lane]]] - 1];
-  return {gather([&](int lane) { return law[lane]->normal_stiffness; }),
-          gather([&](int lane) { return law[lane]->tangential_stiffness; }),
-          gather([&](int lane) { return law[lane]->normal_damping; }),
-          gather([&](int lane) { return law[lane]->tangential_damping; }),
-          gather([&](int lane) { return law[lane]->sliding; }),
-          gather([&](int lane) { return law[lane]->rolling; })};
-}
-
-inline Law same_law(const contact::BallLaw<double>& law)
-{
-  return {Singles(law.normal_stiffness), Singles(law.tangential_stiffness),
-          Singles(law.normal_damping),   Singles(law.tangential_damping),
-          Singles(law.sliding),          Singles(law.rolling)};
-}
-
 /// How far eight pairs reach into each other: squares of the sums of radii less those of the
 /// distances [m^2], exact to single precision however small they are.
 inline Singles excess(const Place* place, const int* i, const int* j)
@@ -217,29 +188,17 @@ inline void add(SingleLoad& load, __m256 part)
           _mm256_permute2f128_ps(m(back.of[k]), m(torque_j.of[k]), 0x31));
 }
 
-inline void fetch_ahead(const Task& task, int entry)
-{
-  const int j = task.other[entry];
-  const double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
-  __builtin_prefetch(task.rows->single_motion + j);
-  __builtin_prefetch(task.rows->single_load + j, 1);
-  __builtin_prefetch(memory, 1);
-  __builtin_prefetch(memory + 2, 1);
-}
-
 /// Copies what the contacts need side by side.
 void pack_single(const Task& task)
 {
   const Balls& balls = task.balls;
   const Rows rows = *task.rows;
   for_each_ball(balls.all, [&](int i, const auto& vector) {
-    const double held =
-        task.terms.bounded ? contact::damping_held(task.damping[i], balls.mass[i], task.dt) : 0.0;
     SingleMotion& motion = rows.single_motion[i];
     put(&rows.place[i].x, with_fourth(vector(balls.position[i]), Pack(balls.radius[i])));
     _mm_store_ps(motion.velocity,
                  single(with_fourth(vector(balls.velocity[i]), Pack(balls.mass[i]))));
-    _mm_store_ps(motion.spin, single(with_fourth(vector(balls.spin[i]), Pack(held))));
+    _mm_store_ps(motion.spin, single(with_fourth(vector(balls.spin[i]), Pack(held(task, i)))));
   });
 }
 
@@ -260,13 +219,12 @@ void unload_single(const Task& task)
 void evaluate_mixed(const Task& task)
 {
   pack_single(task);
-  Law law = same_law(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
-  evaluate_list<lanes>(
-      task, [&](int entry) { fetch_ahead(task, entry); },
-      [&](const int* entry, int count) {
-        if (task.only_type == 0) law = gather_law(task, entry);
-        evaluate_pack(task, entry, count, law);
-      });
+  evaluate_list<Singles, lanes>(
+      task,
+      [&](int entry) {
+        fetch_ahead(task, entry, task.rows->single_motion, task.rows->single_load);
+      },
+      [&](const int* entry, int count, const Law& law) { evaluate_pack(task, entry, count, law); });
   unload_single(task);
 }
 

@@ -23,34 +23,7 @@ inline Columns columns(const Row& row)
           shuffled<2, 3, 6, 7>(high_ab, high_cd)};
 }
 
-template <class Value>
-inline Pack gather(const Value& value)
-{
-  return Pack(Pack::Values{value(0), value(1), value(2), value(3)});
-}
-
 using Law = contact::BallLaw<Pack>;
-
-inline Law gather_law(const Task& task, const int* entry)
-{
-  const contact::BallLaw<double>* law[width];
-  for (int lane = 0; lane < width; ++lane)
-    law[lane] = &task.law[(task.balls.type[task.own[entry[lane]]] - 1) * task.types +
-                          task.balls.type[task.other[entry[lane]]] - 1];
-  return {gather([&](int lane) { return law[lane]->normal_stiffness; }),
-          gather([&](int lane) { return law[lane]->tangential_stiffness; }),
-          gather([&](int lane) { return law[lane]->normal_damping; }),
-          gather([&](int lane) { return law[lane]->tangential_damping; }),
-          gather([&](int lane) { return law[lane]->sliding; }),
-          gather([&](int lane) { return law[lane]->rolling; })};
-}
-
-inline Law same_law(const contact::BallLaw<double>& law)
-{
-  return {Pack(law.normal_stiffness), Pack(law.tangential_stiffness),
-          Pack(law.normal_damping),   Pack(law.tangential_damping),
-          Pack(law.sliding),          Pack(law.rolling)};
-}
 
 struct FourRows {
   Pack of[width];
@@ -130,27 +103,15 @@ inline void subtract(double* sum, Pack part)
   }
 }
 
-inline void fetch_ahead(const Task& task, int entry)
-{
-  const int j = task.other[entry];
-  const double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
-  __builtin_prefetch(task.rows->motion + j);
-  __builtin_prefetch(task.rows->load + j, 1);
-  __builtin_prefetch(memory, 1);
-  __builtin_prefetch(memory + 2, 1);
-}
-
 /// Copies what the contacts need side by side.
 void pack(const Task& task)
 {
   const Balls& balls = task.balls;
   const Rows rows = *task.rows;
   for_each_ball(balls.all, [&](int i, const auto& vector) {
-    const double held =
-        task.terms.bounded ? contact::damping_held(task.damping[i], balls.mass[i], task.dt) : 0.0;
     put(&rows.place[i].x, with_fourth(vector(balls.position[i]), Pack(balls.radius[i])));
     put(rows.motion[i].velocity, with_fourth(vector(balls.velocity[i]), Pack(balls.mass[i])));
-    put(rows.motion[i].spin, with_fourth(vector(balls.spin[i]), Pack(held)));
+    put(rows.motion[i].spin, with_fourth(vector(balls.spin[i]), Pack(held(task, i))));
   });
 }
 
@@ -188,13 +149,9 @@ int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
 void evaluate(const Task& task)
 {
   pack(task);
-  Law law = same_law(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
-  evaluate_list<width>(
-      task, [&](int entry) { fetch_ahead(task, entry); },
-      [&](const int* entry, int count) {
-        if (task.only_type == 0) law = gather_law(task, entry);
-        evaluate_pack(task, entry, count, law);
-      });
+  evaluate_list<Pack, width>(
+      task, [&](int entry) { fetch_ahead(task, entry, task.rows->motion, task.rows->load); },
+      [&](const int* entry, int count, const Law& law) { evaluate_pack(task, entry, count, law); });
   unload(task);
 }
 
