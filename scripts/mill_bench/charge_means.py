@@ -15,7 +15,7 @@ from mill_bench.scenes import MILLS
 
 SEEDS = (1, 2, 3)
 QUANTITIES = ("kinetic", "kinetic_rotation", "torque", "power", "centre_x", "centre_z")
-_MULTI_BALL, _STEP = "[multi_ball]", "step_s = 1e-4"
+_MULTI_BALL = "[multi_ball]"
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,6 @@ class Variants:
 
     reference: str
     edits: Mapping[str, Mapping[str, str]]
-
-
-def _model(contacts: str, damping: str, step: str) -> dict[str, str]:
-    model = f'[model]\ncontacts = "{contacts}"\ntangential_damping = "{damping}"\n\n'
-    return {_MULTI_BALL: f"{model}{_MULTI_BALL}", _STEP: f"step_s = {step}"}
 
 
 WALLS = Variants(
@@ -51,17 +46,6 @@ SLICES = Variants(
             f"{d} diameters": {_MULTI_BALL: f"{_MULTI_BALL}\nslice_diameters = {d}"}
             for d in (6, 4, 2)
         },
-    },
-)
-STEPS = Variants(
-    "plain 5e-5",
-    {
-        **{f"plain {step}": _model("fast", "plain", step) for step in ("5e-5", "1e-4", "2e-4")},
-        **{
-            f"bounded {step}": _model("fast", "bounded", step)
-            for step in ("1e-4", "1.5e-4", "2e-4", "2.5e-4", "2.9e-4")
-        },
-        "stock 2e-4": _model("stock", "plain", "2e-4"),
     },
 )
 

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from mill_bench.ball import ball_speedup, mesh_convergence
-from mill_bench.charge_means import SLICES, STEPS, WALLS, compared
+from mill_bench.charge_means import SLICES, WALLS, compared
 from mill_bench.compare import Plan, interleaved, ratio_of_medians, rows
 from mill_bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, MIXED, YADE
 from mill_bench.record import provenance
@@ -20,7 +20,7 @@ from mill_campaign.errors import CampaignError
 WARM_STEPS = 200
 REPEATS = 3
 DRUM_SCENE = "drum"
-WALL, SLICE, STEP, SIZE = "wall", "slices", "steps", "size"
+WALL, SLICE, SIZE = "wall", "slices", "size"
 
 
 def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
@@ -37,12 +37,10 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
             "slices": compared(SLICES, runs, console),
             "provenance": provenance(),
         }
-    if scene_name == STEP:
-        return {"schema": 1, "steps": compared(STEPS, runs, console), "provenance": provenance()}
     if scene_name == SIZE:
         return _sizes(runs, console)
     if scene_name not in SCENES:
-        known = ", ".join((*SCENES, WALL, SLICE, STEP, SIZE))
+        known = ", ".join((*SCENES, WALL, SLICE, SIZE))
         raise CampaignError("millscale bench", "--scene", f"got {scene_name}", known)
     scene = SCENES[scene_name]
     state = prepare(scene, runs, console)

@@ -276,8 +276,7 @@ def bench(
             "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
             "wall: mesh against analytic wall, for one ball and for s2.6; "
             "size: 1,020 to 231,461 balls on 1 and 2 ranks, with a picture; "
-            "slices: what a shorter piece of the mill changes; "
-            "steps: what a longer time step changes."
+            "slices: what a shorter piece of the mill changes."
         ),
     ] = "s2.6",
     quick: Annotated[

@@ -105,9 +105,12 @@ class Mill:
         """Of the smallest ball [s]."""
         return mill_core.rayleigh_time(self._material(), self.radii[-1])
 
-    @property
-    def damping_limit(self) -> float:
-        """Largest linearly stable step in a bed as deep as the mill's radius [s]."""
+    def damping_limit(self, bounded: bool) -> float:
+        """Largest linearly stable step in a bed as deep as the mill's radius [s].
+
+        Args:
+            bounded: whether the tangential damping of balls is bounded.
+        """
         pressure = self.density * self.gravity * self.radius / self.youngs_modulus
         overlap = self.radii[-1] * OVERLAP_COEFFICIENT * pressure ** (2.0 / 3.0)
         return mill_core.damping_time_step_limit(
@@ -116,6 +119,7 @@ class Mill:
             min(self.restitution),
             overlap,
             COORDINATION["multi-ball"],
+            bounded,
         )
 
     def _material(self) -> mill_core.Material:

@@ -13,8 +13,30 @@ from mill_campaign.engine_run import engine_text, find_engine
 from mill_validation.cases import MILL, Case, Mill
 from mill_validation.scenes import SETTLING, Balls
 
-# Contacts of balls and wall that go together: all of the engine, all of ours.
-PATHS = {"stock": ("", "mesh"), "fast": ("surface fast", "analytic")}
+
+@dataclass(frozen=True)
+class Contacts:
+    """Contacts of balls and wall that go together.
+
+    Attributes:
+        words: behind the stock `pair_style gran` line.
+        wall: "mesh" or "analytic".
+        bounded: whether the tangential damping of balls is bounded.
+    """
+
+    words: str
+    wall: str
+    bounded: bool = False
+
+
+# All of the engine; ours with the damping of the engine; ours as campaigns have them; in mixed
+# precision.
+PATHS = {
+    "stock": Contacts("", "mesh"),
+    "plain": Contacts("surface fast", "analytic"),
+    "default": Contacts("surface fast tangential_damping bounded", "analytic", True),
+    "mixed": Contacts("surface fast tangential_damping bounded precision mixed", "analytic", True),
+}
 SAMPLES = 400  # rows of series.csv
 SPIN_STEPS = 12  # at the end, one after the other
 GUARD_EVERY = 20  # steps; a hard case is looked at more often than a campaign
@@ -63,7 +85,8 @@ def _write_balls(file: Path, mill: Mill, balls: Balls) -> None:
 
 
 def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, steps: int) -> str:
-    surface, wall = PATHS[path]
+    contacts = PATHS[path]
+    wall = contacts.wall
     shape = (
         f"lifters {mill.lifters} lifter_top_radius {mill.lifter_top_radius!r} "
         f"lifter_top_width {mill.lifter_top_width!r} groove_width {mill.groove_width!r}"
@@ -76,9 +99,9 @@ def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, 
     return (
         "units si\natom_style granular\natom_modify map array\nboundary f p f\nnewton off\n"
         "communicate single vel yes\nprocessors 1 * 1\nread_data balls.data\n"
-        f"{_material(mill)}neighbor {0.75 * mill.radii[-1]!r} bin\n"
+        f"{material(mill)}neighbor {0.75 * mill.radii[-1]!r} bin\n"
         "neigh_modify delay 0 every 1 check yes\n"
-        f"pair_style gran model hertz tangential history rolling_friction cdt {surface}\n"
+        f"pair_style gran model hertz tangential history rolling_friction cdt {contacts.words}\n"
         f"pair_coeff * *\ntimestep {step!r}\n{liner}"
         f"fix mill all mill/similarity radius {mill.radius!r} gravity {mill.gravity!r} "
         f"omega {mill.omega!r} ball_radius {mill.radii[0]!r} centrifuging allow "
@@ -93,7 +116,9 @@ def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, 
     )
 
 
-def _material(mill: Mill) -> str:
+def material(mill: Mill) -> str:
+    """Properties of balls (type 1) and wall (type 2) for the engine."""
+
     def matrix(values):
         between, wall = values
         return f"2 {between!r} {wall!r} {wall!r} {wall!r}"
@@ -162,12 +187,15 @@ def _read_series(file: Path) -> np.ndarray:
 def _read_spins(folder: Path) -> np.ndarray:
     """(steps, balls, 3); empty if there are none."""
     file = folder / "spins.dump"
-    if not file.exists():
-        return np.empty((0, 0, 3))
+    return read_frames(file)[..., 1:] if file.exists() else np.empty((0, 0, 3))
+
+
+def read_frames(file: Path) -> np.ndarray:
+    """(frames, balls, columns) of a dump of all steps, balls by the id in their first column."""
     frames, lines = [], file.read_text().splitlines()
     starts = [i for i, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
     for start, end in zip(starts, [*starts[1:], len(lines) + 8], strict=True):
         rows = [line.split() for line in lines[start + 1 : end - 8]]
         frame = np.array(rows, float)
-        frames.append(frame[np.argsort(frame[:, 0]), 1:])
+        frames.append(frame[np.argsort(frame[:, 0])])
     return np.array(frames)

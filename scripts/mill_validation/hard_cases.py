@@ -1,4 +1,4 @@
-"""`python -m mill_validation.hard_cases [--docs DIR] [--only WORDS]`: runs the hard cases and
+"""`python -m mill_validation.hard_cases [--only WORDS] [--path NAME ...]`: runs the hard cases and
 writes docs/results/hard-cases.json and docs/hard-cases.md."""
 
 from __future__ import annotations
@@ -77,6 +77,7 @@ class Study:
     def _row(self, share: float, found: Measured) -> dict:
         error = energy_error(self.case, found, self.reference())
         step = share * self._mill.rayleigh_time
+        limit = self._mill.damping_limit(PATHS[self.path].bounded)
         numbers = {
             "energy_error": error,
             "max_overlap": found.max_overlap,
@@ -87,7 +88,7 @@ class Study:
             "path": self.path,
             "dt": step,
             "dt_over_rayleigh": share,
-            "dt_over_damping_limit": step / self._mill.damping_limit,
+            "dt_over_damping_limit": step / limit,
             **{k: float(v) if np.isfinite(v) else None for k, v in numbers.items()},
             "lost": found.lost,
             "stopped_by": found.stopped_by,
@@ -111,20 +112,16 @@ def turn_of(rows: list[dict]) -> dict:
     }
 
 
-def run_all(cases: tuple[Case, ...], before: dict) -> Iterator[dict]:
-    """Rows and turns of the cases on all paths, after each case those so far.
+def run_all(cases: tuple[Case, ...], paths: tuple[str, ...], before: dict) -> Iterator[dict]:
+    """Rows and turns of the cases on the paths, after each case those so far.
 
     Args:
-        before: results of other cases, which are kept.
+        before: results, of which those of other cases and paths are kept.
     """
-    wanted = {case.name for case in cases}
-    rows, turns = (
-        [x for x in before.get(part, []) if x["case"] not in wanted and x["case"] in ORDER]
-        for part in ("rows", "turns")
-    )
+    rows, turns = (list(kept(before.get(part, []), cases, paths)) for part in ("rows", "turns"))
     began = time.time()
     for case in cases:
-        for path in PATHS:
+        for path in paths:
             with tempfile.TemporaryDirectory(prefix="hard-case-") as folder:
                 study = Study(case, path, Path(folder))
                 own = study.rows()
@@ -137,9 +134,19 @@ def run_all(cases: tuple[Case, ...], before: dict) -> Iterator[dict]:
         yield {"schema": 1, "rows": in_order(rows), "turns": in_order(turns)}
 
 
+def kept(rows: list[dict], cases: tuple[Case, ...], paths: tuple[str, ...]) -> Iterator[dict]:
+    """Rows or turns of known cases and paths that are not run again."""
+    again = {(case.name, path) for case in cases for path in paths}
+    for row in rows:
+        known = row["case"] in ORDER and row["path"] in PATHS
+        if known and (row["case"], row["path"]) not in again:
+            yield row
+
+
 def in_order(rows: list[dict]) -> list[dict]:
-    """As the table of cases has them."""
-    return sorted(rows, key=lambda row: ORDER.index(row["case"]))
+    """As the tables of cases and paths have them."""
+    paths = list(PATHS)
+    return sorted(rows, key=lambda row: (ORDER.index(row["case"]), paths.index(row["path"])))
 
 
 def main() -> None:
@@ -148,12 +155,15 @@ def main() -> None:
     arguments.add_argument(
         "--only", default="", help="cases whose name holds these words; keeps the others' results"
     )
+    arguments.add_argument(
+        "--path", nargs="+", choices=PATHS, default=tuple(PATHS), help="keeps the others' results"
+    )
     given = arguments.parse_args()
     cases = tuple(case for case in CASES if given.only in case.name)
     record = provenance() | {"command": "python -m mill_validation.hard_cases"}
-    kept = given.docs / "results" / "hard-cases.json"
-    before = json.loads(kept.read_text()) if given.only and kept.exists() else {}
-    for found in run_all(cases, before):
+    file = given.docs / "results" / "hard-cases.json"
+    before = json.loads(file.read_text()) if file.exists() else {}
+    for found in run_all(cases, tuple(given.path), before):
         write(given.docs, found | {"provenance": record})
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from liner_mesh import build_liner_mesh, write_stl
 from mill_analysis.dumps import read_dump
-from mill_bench.charge_means import SLICES, STEPS, WALLS, edited
+from mill_bench.charge_means import SLICES, WALLS, edited
 from mill_bench.command import bench
 from mill_bench.compare import Plan, ratio_of_medians, rows
 from mill_bench.engines import (
@@ -91,7 +91,7 @@ def test_rows_compare_with_stock_liggghts(tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_that_names_the_known_ones(tmp_path):
-    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, steps, size"):
+    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, size"):
         bench("s3", True, tmp_path / "runs", None)
     assert not (tmp_path / "runs").exists()
 
@@ -136,7 +136,7 @@ def test_every_engine_runs_the_state_and_accounts_for_its_time(tmp_path, variant
     assert parts == pytest.approx(phases.total, rel=0.02)
 
 
-@pytest.mark.parametrize("variants", [WALLS, SLICES, STEPS])
+@pytest.mark.parametrize("variants", [WALLS, SLICES])
 def test_every_variant_is_a_campaign_of_its_own(tmp_path, variants):
     campaigns = {}
     for name, edits in variants.edits.items():

@@ -1,0 +1,191 @@
+"""`python -m mill_validation.time_step STUDY_FOLDER`: what the time step does to a collision, to a
+bed at rest and to the S = 2.6 mill; writes docs/results/time-step.json, its picture and
+docs/time-step.md.
+
+The mill is not run here: its rows are those settings of a finished `campaigns/study-S2.6.toml` that
+differ in nothing but time step and contact path.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mill_analysis.run_folder import load_finished, read_json, write_json
+from mill_analysis.study import STUDY
+from mill_analysis.study_page import REPORT, RESULTS
+from mill_bench.record import provenance
+from mill_validation.cases import CASES, REST, Mill, base_campaign, mill_of
+from mill_validation.collision import collide, contact_time
+from mill_validation.deck import PATHS, run_case
+from mill_validation.hard_cases import SEED
+from mill_validation.scenes import balls_of
+from mill_validation.time_step_page import draw, page
+from mill_validation.verdict import measure
+
+Row = dict[str, Any]
+# Shares of the Rayleigh time. A collision at the first is the law without the step's error.
+EXACT = 0.005
+LADDER = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+BED = next(case for case in CASES if case.kind == REST and case.steps is None)
+# Of the dimensionless means of a result.json.
+MEANS = ("kinetic", "kinetic_rotation", "power", "centre_z")
+ERRORS = ("contour", "curtain", "power")
+# What must be the same for two settings to differ in step and path alone.
+_SAME = (("material",), ("ball",), ("mill",), ("wall", "chord_error_m"))
+
+
+def collisions(mill: Mill) -> Iterator[Row]:
+    """A row for each path, kind of collision and step."""
+    for path in PATHS:
+        for kind in ("head-on", "oblique"):
+            for share in (EXACT, *LADDER):
+                step = share * mill.rayleigh_time
+                with tempfile.TemporaryDirectory(prefix="collision-") as folder:
+                    found = collide(Path(folder) / "c", mill, path, step, kind == "oblique")
+                yield {
+                    "scene": "collision",
+                    "kind": kind,
+                    **_step(mill, path, share),
+                    "steps_per_contact": contact_time(mill) / step,
+                    **vars(found),
+                }
+
+
+def beds(mill: Mill) -> Iterator[Row]:
+    """A row for each path and step: a bed that should come to rest."""
+    balls = balls_of(BED, mill, SEED)
+    for path in PATHS:
+        for share in LADDER:
+            step = share * mill.rayleigh_time
+            with tempfile.TemporaryDirectory(prefix="bed-") as folder:
+                ran = run_case(Path(folder) / "b", BED, mill, balls, path, step)
+            found = measure(BED, mill, balls, ran)
+            numbers = {
+                "kinetic_left": found.energy,  # over N m g a
+                "spin_noise": found.spin_noise,
+                "max_overlap": found.max_overlap,
+            }
+            yield {
+                "scene": "bed",
+                **_step(mill, path, share),
+                **{key: x if np.isfinite(x) else None for key, x in numbers.items()},
+                "stopped_by": found.stopped_by,
+            }
+
+
+def _step(mill: Mill, path: str, share: float) -> Row:
+    step = share * mill.rayleigh_time
+    limit = mill.damping_limit(PATHS[path].bounded)
+    return {
+        "path": path,
+        "dt": step,
+        "dt_over_rayleigh": share,
+        "dt_over_damping_limit": step / limit,
+    }
+
+
+def mills(study: Path) -> Iterator[Row]:
+    """A row for each setting of a study that differs from its reference in step and path alone.
+
+    Raises:
+        RunFolderError: not the folder of a finished study.
+    """
+    about = read_json(study / STUDY, "millscale study")
+    told = read_json(study / REPORT / RESULTS, "millscale study")
+    errors = {row["setting"]: row for row in told["rows"]}
+    seeds = {
+        setting["name"]: [load_finished(study / entry["folder"]) for entry in setting["cases"]]
+        for setting in about["settings"]
+        if setting["name"] in errors
+    }
+    reference = seeds[about["reference"]][0].case
+    base = {key: _mean(seeds[about["reference"]], key) for key in MEANS}
+    for name, cases in seeds.items():
+        case = cases[0].case
+        path = path_of(case)
+        if path is None or any(_at(case, key) != _at(reference, key) for key in _SAME):
+            continue
+        time = case["time"]
+        yield {
+            "scene": "mill",
+            "setting": name,
+            "path": path,
+            "dt": time["step_s"],
+            "dt_over_rayleigh": time["rayleigh_fraction"],
+            "dt_over_damping_limit": time["limit_fraction"],
+            "steps_per_contact": time["steps_per_contact"],
+            "seeds": len(cases),
+            "is_reference": name == about["reference"],
+            **{key: _compared(cases, key, base[key]) for key in MEANS},
+            "errors": {key: errors[name]["errors"][key] for key in ERRORS},
+            "max_overlap": max(one.result["largest_overlap_over_radius"] for one in cases),
+            "time_s": errors[name]["time_s"],
+        }
+
+
+def path_of(case: Row) -> str | None:
+    """The path of PATHS a case takes; None for another pairing of contacts and wall."""
+    deck, wall = case["deck"], case["wall"]["kind"]
+    if deck["surface"] == "default":
+        return "stock" if wall == "mesh" else None
+    if wall != "analytic":
+        return None
+    if deck["tangential_damping"] != "bounded":
+        return "plain"
+    return "mixed" if deck.get("precision") == "mixed" else "default"
+
+
+def _at(case: Row, key: tuple[str, ...]) -> Any:
+    value: Any = case
+    for part in key:
+        value = value.get(part) if isinstance(value, dict) else None
+    return value
+
+
+def _mean(cases, key: str) -> float:
+    return float(np.mean([one.result["dimensionless"][key] for one in cases]))
+
+
+def _compared(cases, key: str, base: float) -> Row:
+    """Mean over the seeds, relative difference from the reference, range of the seeds over it."""
+    values = [one.result["dimensionless"][key] for one in cases]
+    mean = float(np.mean(values))
+    return {
+        "mean": mean,
+        "difference": (mean - base) / abs(base),
+        "range_of_seeds": (max(values) - min(values)) / abs(base),
+    }
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("study", type=Path, help="of campaigns/study-S2.6.toml")
+    arguments.add_argument("--docs", type=Path, default=Path("docs"))
+    given = arguments.parse_args()
+    mill = mill_of(BED, base_campaign())
+    rows = list(mills(given.study))
+    print(f"{len(rows)} settings of the mill", flush=True)
+    for told in (collisions(mill), beds(mill)):
+        for row in told:
+            rows.append(row)
+            print(row["scene"], row["path"], f"{row['dt_over_rayleigh']:g} T_R", flush=True)
+    record = provenance() | {"command": "python -m mill_validation.time_step runs/study-S2.6"}
+    document = {"schema": 1, "restitution": mill.restitution[0], "rows": rows}
+    write(given.docs, document | {"provenance": record})
+
+
+def write(docs: Path, document: Row) -> None:
+    """The results, their picture, and the page made of them."""
+    write_json(docs / "results" / "time-step.json", document)
+    draw(document["rows"], docs / "results" / "time-step.png")
+    (docs / "time-step.md").write_text(page(document))
+
+
+if __name__ == "__main__":
+    main()
