@@ -191,9 +191,12 @@ def _read_spins(folder: Path) -> np.ndarray:
 
 
 def read_frames(file: Path) -> np.ndarray:
-    """(frames, balls, columns) of a dump of all steps, balls by the id in their first column."""
+    """(frames, balls, columns) of a dump, balls by the id in their first column; (0, 0, 1) of a
+    file whose run was stopped before a frame."""
     frames, lines = [], file.read_text().splitlines()
     starts = [i for i, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
+    if not starts:
+        return np.empty((0, 0, 1))
     for start, end in zip(starts, [*starts[1:], len(lines) + 8], strict=True):
         rows = [line.split() for line in lines[start + 1 : end - 8]]
         frame = np.array(rows, float)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mill_validation.cases import CASES, IMPACT, REST, base_campaign, mill_of
-from mill_validation.deck import PATHS, SERIES, Ran, run_case
+from mill_validation.deck import PATHS, SERIES, Ran, read_frames, run_case
 from mill_validation.scenes import balls_of
 from mill_validation.verdict import (
     INACCURATE,
@@ -114,3 +114,8 @@ def test_a_step_far_too_long_is_stopped_by_the_guard_with_the_ball(tmp_path, pat
 
 def test_the_kinds_of_cases_are_all_there():
     assert {case.kind for case in CASES} == {"mill", IMPACT, REST}
+
+
+def test_a_run_stopped_before_its_spins_were_written_has_none(tmp_path):
+    (tmp_path / "spins.dump").write_text("")
+    assert read_frames(tmp_path / "spins.dump")[..., 1:].size == 0
