@@ -37,6 +37,17 @@ constexpr int surface_fast = 62;  // of 64; the engine's own surface models are 
 constexpr const char* tangential_models[] = {"off", "no_history", "history"};
 constexpr const char* style_name = "pair_style gran ... surface fast";
 
+bool touch(const pairs::Balls& balls, int i, int j)
+{
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double apart = balls.position[i][d] - balls.position[j][d];
+    square += apart * apart;
+  }
+  const double radii = balls.radius[i] + balls.radius[j];
+  return square < radii * radii;
+}
+
 /// Of hertz with a tangential model and with or without constant directional torque.
 int64_t hash_of(const char* tangential, bool rolling)
 {
@@ -315,16 +326,10 @@ void PairGranFast::recall_memories()
     if (partners == 0) continue;
     for (int k = 0; k < list_.partners[i]; ++k) {
       const int entry = list_.first[i] + k;
-      const int j = list_.other[entry];
-      double square = 0.0;
-      for (int d = 0; d < 3; ++d) {
-        const double apart = now.position[i][d] - now.position[j][d];
-        square += apart * apart;
-      }
-      const double radii = now.radius[i] + now.radius[j];
-      if (!(square < radii * radii)) continue;
+      const int j = list_.other[entry], tag = atom->tag[j];
       for (int p = 0; p < partners; ++p)
-        if (history->partner(i, p) == atom->tag[j]) {
+        if (history->partner(i, p) == tag) {
+          if (!touch(now, i, j)) break;
           list_.touching[entry] = 1;
           std::copy_n(history->contacthistory(i, p), 3, &list_.displacement[3 * entry]);
           break;
