@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from mill_analysis import charge_figures, comparison, figures
 from mill_analysis.campaign import Campaign
+from mill_analysis.ledger_figures import energy_account
 from mill_analysis.run_folder import FinishedCase, RunFolderError
 from mill_analysis.snapshots import draw_pictures
 
@@ -109,6 +110,14 @@ def charge_images(case: FinishedCase, to: Path) -> ChargeFigures:
             charge_figures.charge_states(case), to / f"{case.id}-states.png", "where the balls are"
         ),
     ]
+    if "ledger" in case.result:
+        series.append(
+            save_image(
+                energy_account(case.result["ledger"]),
+                to / f"{case.id}-ledger.png",
+                "where the work of the mill goes, and the impacts of a revolution",
+            )
+        )
     try:
         drawn = draw_pictures(case.folder, _picture_angles(case), to)
     except RunFolderError as error:

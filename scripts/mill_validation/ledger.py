@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from mill_analysis.ledger import account, impact_spectrum, read_ledger
+from mill_analysis.ledger_figures import energy_account
 from mill_analysis.series import read_series
 from mill_bench.record import provenance
 from mill_campaign.decks import copy_decks
@@ -131,6 +132,8 @@ def write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None
     file.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(document | {"provenance": record}, indent=1, allow_nan=False)
     file.write_text(text + "\n")
+    if "default" in paths:
+        energy_account(paths["default"]).savefig(file.with_suffix(".png"), dpi=130)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,9 @@ from synthetic_charge import write_charge
 
 from mill_analysis.case import analyse_case
 from mill_analysis.ledger import PAIRINGS, account, impact_spectrum
+from mill_analysis.ledger_figures import energy_account
+from mill_analysis.report_figures import charge_images
+from mill_analysis.run_folder import load_finished
 from mill_analysis.series import REQUIRED
 from mill_analysis.untrusted import RunFolderError
 
@@ -122,3 +125,32 @@ def test_a_case_with_an_account_has_it_in_its_result(tmp_path, ledger):
     assert result["closure"] == pytest.approx(0.01, rel=1e-6)
     assert set(result["impacts"]) == set(PAIRINGS)
     assert json.loads((folder / "result.json").read_text())["ledger"] == result
+
+
+def test_the_figure_shows_every_cause_as_a_share_of_the_work(ledger, tmp_path):
+    _impacts(tmp_path / "impacts.csv", ROWS)
+    found = account(ledger) | {"impacts": impact_spectrum(tmp_path / "impacts.csv")}
+    causes, spectrum = energy_account(found).axes
+    drawn = sum(bar.get_width() for bar in causes.patches)
+    # The dissipation by cause is the dissipation by direction.
+    assert drawn == pytest.approx(100.0 * found["dissipated_J"] / found["mill_work_J"])
+    assert [line.get_ydata().tolist() for line in spectrum.lines] == [
+        found["impacts"][pairing]["energy_J"] for pairing in PAIRINGS
+    ]
+
+
+def test_the_figure_says_that_there_were_no_impacts(ledger):
+    empty = {key: [] for key in ("energy_low_J", "energy_high_J", "impacts", "energy_J")}
+    found = account(ledger) | {"impacts": dict.fromkeys(PAIRINGS, empty)}
+    assert [text.get_text() for text in energy_account(found).axes[1].texts] == ["no impacts"]
+
+
+def test_the_report_of_a_case_with_an_account_has_the_figure(tmp_path, ledger):
+    folder = write_charge(tmp_path, "constant-gravity")
+    case = json.loads((folder / "case.json").read_text())
+    (folder / "case.json").write_text(json.dumps(case | {"deck": {"ledger": "on"}}))
+    write_series(folder / "ledger.csv", ledger)
+    _impacts(folder / "impacts.csv", ROWS)
+    analyse_case(folder)
+    images = charge_images(load_finished(folder), tmp_path)
+    assert [image.path.name for image in images.series][-1] == f"{folder.name}-ledger.png"
