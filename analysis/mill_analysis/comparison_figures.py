@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -40,8 +41,8 @@ def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImage
         images.problems.append(
             f"No physical mill among the finished cases: errors are against S = {S:.4g}."
         )
-    for scheme in dict.fromkeys(charge.case["scheme"] for charge in first):
-        _of_scheme(images, comparison, [c for c in first if c.case["scheme"] == scheme], to)
+    for scheme, charges in by_scheme(first).items():
+        _of_scheme(images, comparison, scheme, charges, to)
     _flow(images, first, to)
     rows = model_rows(comparison.rows)
     images.speed.append(
@@ -54,12 +55,27 @@ def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImage
     return images
 
 
+def by_scheme(charges: Sequence[Charge]) -> dict[str, list[Charge]]:
+    """The charges of each scheme by S. The physical mill is the same mill in all schemes: where one
+    has none of its own, another's stands for it."""
+    physical = [charge for charge in charges if is_physical(charge.S)]
+    found: dict[str, list[Charge]] = {}
+    for scheme in dict.fromkeys(charge.case["scheme"] for charge in charges):
+        own = [charge for charge in charges if charge.case["scheme"] == scheme]
+        if not any(is_physical(charge.S) for charge in own):
+            own += physical[:1]
+        found[scheme] = sorted(own, key=lambda charge: charge.S)
+    return found
+
+
 def _of_scheme(
-    images: ComparisonImages, comparison: ChargeComparison, charges: list[Charge], to: Path
+    images: ComparisonImages,
+    comparison: ChargeComparison,
+    scheme: str,
+    charges: list[Charge],
+    to: Path,
 ) -> None:
     """Figs. 9 to 12 of one scheme."""
-    scheme = charges[0].case["scheme"]
-    charges = sorted(charges, key=lambda charge: charge.S)
     angles = sorted(comparison.shapes)
     if not any(comparison.shapes.values()):
         images.problems.append(
@@ -100,7 +116,7 @@ def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
         return
     box = shape_figures.monitoring_box(known[0])
     images.flow.append(save_image(box, to / "fig13-box.png", "Fig. 13: the box at rest"))
-    for scheme in dict.fromkeys(charge.case["scheme"] for charge in known):
-        figure = shape_figures.mass_flow([c for c in known if c.case["scheme"] == scheme])
+    for scheme, own in by_scheme(known).items():
+        figure = shape_figures.mass_flow(own)
         caption = f"Fig. 14: {words(scheme)}"
         images.flow.append(save_image(figure, to / f"fig14-{scheme}.png", caption))

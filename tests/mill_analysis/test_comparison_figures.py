@@ -1,5 +1,7 @@
 """Figures 9 to 14, run times and speed against error."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -7,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from mill_analysis import comparison_figures, report_figures, shape_figures, speed_figures
 from mill_analysis.charge_comparison import compare_charges
-from mill_analysis.comparison_figures import comparison_images
+from mill_analysis.comparison_figures import by_scheme, comparison_images
 from mill_analysis.dumps import Dump
 from mill_analysis.paper_results import load_charges
 from mill_analysis.snapshot_sheet import FALLING, VIEW, ball_picture, snapshot_sheet
@@ -132,3 +134,17 @@ def test_a_sheet_that_cannot_be_drawn_is_explained(comparison, tmp_path, monkeyp
     assert images.sheets == []
     assert len([problem for problem in images.problems if "damaged" in problem]) == 2
     assert images.contours
+
+
+def test_a_scheme_without_the_physical_mill_of_its_own_is_drawn_with_the_other_s():
+    def charge(scheme, S):
+        return SimpleNamespace(case={"scheme": scheme}, S=S)
+
+    physical, half = charge("constant-gravity", 1.0), charge("constant-gravity", 2.0)
+    third, own = charge("constant-speed", 3.0), charge("constant-speed", 1.0)
+    assert by_scheme([half, physical, third]) == {
+        "constant-gravity": [physical, half],
+        "constant-speed": [physical, third],
+    }
+    assert by_scheme([physical, third, own])["constant-speed"] == [own, third]
+    assert by_scheme([half, third])["constant-speed"] == [third]
