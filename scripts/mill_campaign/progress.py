@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from mill_campaign.stage_table import Stage
 
 _THERMO = re.compile(r"^\s+(\d+)\s+\d+\s", re.M)
 _TAIL_BYTES = 8192
+_HEAD_BYTES = 65536
+# What the engine writes when its files are read and its first step is next.
+_SET_UP = re.compile(r"^Setting up run at (.+)$", re.M)
 
 
 @dataclass(frozen=True)
@@ -21,11 +25,13 @@ class Progress:
 
     Attributes:
         begun: steps done by earlier attempts, which the running one did not have to make again.
+        since: when the running attempt began to step, to the second; 0 if it does not tell.
     """
 
     step: int
     at: float
     begun: int = 0
+    since: float = 0.0
 
 
 def stage_steps(case: Case, stage: Stage) -> int:
@@ -51,7 +57,8 @@ def stage_progress(folder: Path, case: Case, stage: Stage) -> Progress:
         file = part / "series.csv"
         step = int(last_value(file, "step")) - _steps_before(case, part)
     step = min(max(step, 0), stage_steps(case, stage))
-    return Progress(step, file.stat().st_mtime, begun) if step else Progress(0, 0.0)
+    since = _stepping_since(part / f"log.{stage.name}")
+    return Progress(step, file.stat().st_mtime, begun, since) if step else Progress(0, 0.0)
 
 
 def last_value(path: Path, column: str) -> float:
@@ -82,6 +89,16 @@ def _last_thermo_step(log: Path) -> int:
     except FileNotFoundError:
         return 0
     return int(steps[-1]) if steps else 0
+
+
+def _stepping_since(log: Path) -> float:
+    """When the run of a log began [s since 1970]; 0 if it has not."""
+    try:
+        with log.open("rb") as file:
+            told = _SET_UP.search(file.read(_HEAD_BYTES).decode(errors="replace"))
+        return time.mktime(time.strptime(told[1].strip())) if told else 0.0
+    except (OSError, ValueError, OverflowError):
+        return 0.0
 
 
 def _steps_before(case: Case, part: Path) -> int:

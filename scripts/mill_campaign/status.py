@@ -36,7 +36,7 @@ class CaseStatus:
         stages_left: stages that still have to run, the one named by `stage` included.
         step, steps: engine steps of the whole case done, and in all.
         simulated_s: simulated time of the steps done [s].
-        particle_steps_per_s: mean since the running stage began; None if no engine runs.
+        particle_steps_per_s: mean since the running stage began to step; None if no engine runs.
         time_left_s: for the engine steps to come at that rate; None if no engine runs.
         silent_s: since a running engine has last written anything; None if no engine runs.
         failure: kind of the last problem, as in `failures`; empty if there is none.
@@ -99,8 +99,9 @@ def case_status(folder: Path, case: Case, silence: float = SILENCE) -> CaseStatu
     steps = sum(steps_of.values())
     step = steps - sum(steps_of[stage.name] for stage in left) + now.step
     rate = None
-    if state == "running" and record and now.at > record.started:
-        rate = balls * (now.step - now.begun) / (now.at - record.started)
+    began = max(record.started, now.since) if record else 0.0
+    if state == "running" and now.at > began:
+        rate = balls * (now.step - now.begun) / (now.at - began)
     silent = _silent(folder, record) if state == "running" and left[0].deck else None
     problem = _problem(state, record, silent, max(silence, _FEW_ROWS * _row_time(case, rate)))
     return CaseStatus(

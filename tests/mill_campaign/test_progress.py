@@ -1,6 +1,7 @@
 """Reading files that the engine is still writing."""
 
 import os
+import time
 
 import pytest
 
@@ -61,3 +62,20 @@ def test_a_stage_that_has_written_nothing_is_at_its_start(tmp_path):
     case = charge_case(tmp_path)
     for name in ("settle", "rotate"):
         assert stage_progress(tmp_path, case, stage_of("multi-ball", name)) == Progress(0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("line", "since"),
+    [
+        ("Setting up run at Sun Nov 22 20:11:32 2026\n", (2026, 11, 22, 20, 11, 32, 0, 0, -1)),
+        ("Setting up run at some time\n", None),
+        ("reading restart file\n", None),
+    ],
+)
+def test_a_rate_counts_from_the_first_step_and_not_from_the_reading_of_files(tmp_path, line, since):
+    case = charge_case(tmp_path)
+    part = tmp_path / "rotate.part"
+    (part / "series.csv").write_text("step,time_s\n10,0\n300,1\n")
+    (part / "log.rotate").write_text(f"LIGGGHTS\n{line}Memory usage per processor\n")
+    progress = stage_progress(tmp_path, case, stage_of("multi-ball", "rotate"))
+    assert progress.since == (time.mktime(since) if since else 0.0)
