@@ -55,6 +55,18 @@ def test_equal_filling_is_the_physical_count_over_s_cubed_in_the_same_mill():
     assert sorted({row["seed"] for row in rows if row["S"] > 1.5}) == [1, 2, 3]
 
 
+def test_the_physical_mill_is_the_paper_s_for_its_20_s():
+    physical = load_campaign(CAMPAIGNS / "physical-mill.toml")
+    paper = load_campaign(CAMPAIGNS / "paper-multi-ball.toml")
+    for part in ("mill", "liner", "ball", "material", "wall"):
+        assert getattr(physical, part) == getattr(paper, part)
+    (row,) = plan_rows(physical)
+    (same,) = (r for r in plan_rows(paper) if r["id"] == "mb-cg-paper-S1.000-seed1")
+    for key in ("balls", "time_step_s", "S", "scheme"):
+        assert row[key] == same[key]
+    assert row["rotation_angle_rad"] == 20.0 and row["omega_rad_s"] == 1.0
+
+
 def test_the_quick_campaign_holds_both_kinds_and_both_schemes_and_takes_minutes():
     rows = plan_rows(load_campaign(CAMPAIGNS / "quick.toml"))
     kinds = {(row["kind"], row["scheme"]) for row in rows}
