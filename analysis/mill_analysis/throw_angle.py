@@ -25,6 +25,8 @@ def throw_angle(dump: Dump, case: dict[str, Any]) -> float | None:
     """Mean angle from the vertical at which the balls of the outermost layer that are in flight
     left, positive on the rising side [rad].
 
+    Only flights that began above the axis are throws: below it, behind the toe, balls that lie
+    against a lifter hop, for a moment each, and a few at -135 degrees would make the mean another.
     None if fewer than FEWEST_BALLS are in such a flight, or the dump does not tell.
     """
     columns = ("vx", "vz", STATE, FLIGHT_TIME, OUTERMOST)
@@ -32,9 +34,8 @@ def throw_angle(dump: Dump, case: dict[str, Any]) -> float | None:
         return None
     time = dump[FLIGHT_TIME]
     thrown = (dump[STATE] == IN_FLIGHT) & (time > 0.0) & (dump[OUTERMOST] == 1.0)
-    if thrown.sum() < FEWEST_BALLS:
-        return None
     t, fall = time[thrown], 0.5 * case["mill"]["gravity_m_s2"] * time[thrown] ** 2
     x = dump["x"][thrown] - dump["vx"][thrown] * t
     z = dump["z"][thrown] - dump["vz"][thrown] * t - fall
-    return float(np.mean(np.arctan2(-x, z)))
+    above = z > 0.0
+    return float(np.mean(np.arctan2(-x, z)[above])) if above.sum() >= FEWEST_BALLS else None

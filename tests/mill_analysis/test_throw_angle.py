@@ -53,3 +53,16 @@ def test_few_balls_or_a_dump_that_does_not_tell_give_none(case):
     assert throw_angle(Dump(0, columns | {"c_detach[23]": few}), case) is None
     del columns["c_detach[22]"]
     assert throw_angle(Dump(0, columns), case) is None
+
+
+def test_balls_that_hop_behind_the_toe_are_not_thrown(case):
+    columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
+    hops = np.arange(BALLS) % 2 == 0
+    drop = 0.5 * case["mill"]["gravity_m_s2"] * 0.01**2
+    radius = case["mill"]["radius_m"]
+    for name, value in (("vx", 0.0), ("vz", 0.0), ("c_detach[22]", 0.01), ("x", 0.6 * radius)):
+        columns[name] = np.where(hops, value, columns[name])
+    columns["z"] = np.where(hops, -0.6 * radius - drop, columns["z"])
+    assert throw_angle(Dump(0, columns), case) == pytest.approx(ANGLE, abs=1e-12)
+    columns["c_detach[23]"] = np.where(hops, 1.0, 0.0)
+    assert throw_angle(Dump(0, columns), case) is None
