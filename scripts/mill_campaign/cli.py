@@ -8,21 +8,34 @@ import shlex
 import sys
 from contextlib import suppress
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
+from mill_campaign.cli_measure import bench, study
+from mill_campaign.cli_options import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_WRONG_INPUT,
+    Campaign,
+    DryRun,
+    IgnoreDisk,
+    Jobs,
+    Json,
+    Only,
+    Oversubscribe,
+    Profile,
+    Ranks,
+    RunsArgument,
+    RunsOption,
+    Slurm,
+    TimeLimit,
+    console_of,
+)
 from mill_campaign.errors import CampaignError
 from mill_campaign.failures import SILENCE, TIME_LIMIT_VARIABLE
 from mill_campaign.machine import CoreWish
 from mill_campaign.provenance import COMMAND_VARIABLE
-
-EXIT_FAILED = 1
-EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
-_WIDTH = 140
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -46,58 +59,6 @@ disk; 130 interrupted, the same command goes on. `millscale status` tells why a 
 """,
 )
 
-Campaign = Annotated[
-    Path, typer.Argument(metavar="FILE", help="Campaign file, such as campaigns/quick.toml.")
-]
-RunsArgument = Annotated[
-    Path, typer.Argument(metavar="DIR", help="Runs folder, as given to `millscale run --runs`.")
-]
-RunsOption = Annotated[
-    Path,
-    typer.Option(
-        "--runs", metavar="DIR", help="Folder of the runs; each case works in DIR/cases/ID."
-    ),
-]
-Ranks = Annotated[
-    int | None,
-    typer.Option(
-        metavar="N",
-        help="MPI ranks of a multi-ball case; single balls take one. Default: the campaign's.",
-    ),
-]
-Jobs = Annotated[
-    int | None, typer.Option(metavar="M", help="Cases at a time. Default: the campaign's.")
-]
-Only = Annotated[
-    list[str] | None,
-    typer.Option(metavar="ID", help="Only this case; repeatable; `*` stands for any text."),
-]
-DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="Show the stages and the mpirun lines; write nothing.")
-]
-Oversubscribe = Annotated[
-    bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
-]
-IgnoreDisk = Annotated[
-    bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
-]
-TimeLimit = Annotated[
-    float | None,
-    typer.Option(
-        metavar="S", min=0.1, help="Longest wall time of a stage [s]; it then ends and has failed."
-    ),
-]
-Slurm = Annotated[
-    bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/slurm.md.")
-]
-Profile = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="DIR", help="With --slurm: folder with config.yaml of the site, as profiles/slurm."
-    ),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
-
 
 @app.command()
 def plan(file: Campaign, as_json: Json = False) -> None:
@@ -113,7 +74,7 @@ def plan(file: Campaign, as_json: Json = False) -> None:
         # A line for each case: json indents slowly, and there may be ten thousand.
         typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
-        _console().print(render_plan(rows))
+        console_of().print(render_plan(rows))
 
 
 @app.command()
@@ -180,7 +141,7 @@ def run(
         os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:
-        raise typer.Exit(0 if run_campaign(asked, _console()) else EXIT_FAILED)
+        raise typer.Exit(0 if run_campaign(asked, console_of()) else EXIT_FAILED)
     except KeyboardInterrupt:
         typer.echo(
             "interrupted: finished stages are kept, the same command goes on from there", err=True
@@ -218,10 +179,10 @@ def status(
     from mill_campaign.watch_status import show, watch_status
 
     if not watch:
-        show(runs, silence, as_json, _console())
+        show(runs, silence, as_json, console_of())
         return
     with suppress(KeyboardInterrupt):
-        watch_status(runs, silence, as_json, every, _console())
+        watch_status(runs, silence, as_json, every, console_of())
 
 
 @app.command()
@@ -267,133 +228,8 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
         typer.echo(f"report: {folder / 'index.html'}")
 
 
-@app.command()
-def bench(
-    scene: Annotated[
-        str,
-        typer.Option(
-            help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
-            "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
-            "wall: mesh against analytic wall, for one ball and for s2.6; "
-            "size: 1,020 to 231,461 balls on 1 and 2 ranks, with a picture; "
-            "slices: what a shorter piece of the mill changes."
-        ),
-    ] = "s2.6",
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Shorter runs; ours and tuned stock LIGGGHTS alone.")
-    ] = False,
-    runs: Annotated[
-        Path, typer.Option("--runs", metavar="DIR", help="Where the mills in motion are kept.")
-    ] = Path("runs/bench"),
-    as_json: Json = False,
-) -> None:
-    """Time a step of the turning mill: ours against tuned stock LIGGGHTS, in turns.
-
-    The first call brings the mill into motion and keeps it in DIR: a minute or two for s2.6, half
-    an hour for s1. Nothing else should run meanwhile.
-
-    Example: `millscale bench --scene s2.6 --quick --json`
-    """
-    from mill_bench.command import bench as time_scene
-    from mill_bench.command import table, text
-
-    console = Console(stderr=True) if as_json else _console()
-    result = time_scene(scene, quick, runs, console)
-    if as_json or "rows" not in result:
-        typer.echo(text(result))
-    else:
-        console.print(table(result))
-
-
-@app.command()
-def study(
-    file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="Study file, such as campaigns/study-S2.6.toml.")
-    ],
-    runs: Annotated[
-        Path | None,
-        typer.Option(
-            "--runs", metavar="DIR", help="Folder of the runs; each setting in DIR/settings/NAME."
-        ),
-    ] = None,
-    only_plan: Annotated[
-        bool, typer.Option("--plan", help="Show settings and predicted time; write nothing.")
-    ] = False,
-    taken_from: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--from",
-            metavar="DIR",
-            help="A runs folder whose finished cases are taken where they are the same; "
-            "repeatable.",
-        ),
-    ] = None,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME", help="Run this setting only; repeatable; `*` stands for any text."
-        ),
-    ] = None,
-    no_run: Annotated[
-        bool, typer.Option("--no-run", help="Compare what is finished; run nothing.")
-    ] = False,
-    ranks: Ranks = None,
-    jobs: Jobs = None,
-    oversubscribe: Oversubscribe = False,
-    ignore_disk: IgnoreDisk = False,
-    to: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="JSON", help="Also put the results into this file, beside other studies'."
-        ),
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Run a campaign in several settings (step, wall, contacts, S, ...) and compare each with the
-    reference: time against error, the front, and the setting to take for 1, 3 and 10 %.
-
-    Writes DIR/report/index.html and speed-against-error.json. Ctrl-C ends it; the same command then
-    goes on. See docs/study.md.
-
-    Examples: `millscale study campaigns/study-S2.6.toml --plan`,
-    `millscale study campaigns/study-ladder.toml --runs runs/ladder --from runs/paper-multi-ball`
-    """
-    from mill_study.command import (
-        StudyCall,
-        plan,
-        plan_text,
-        render,
-        results_text,
-        run_and_compare,
-    )
-
-    if runs is None and not only_plan:
-        raise CampaignError("millscale study", "--runs", "missing", "a folder, or --plan")
-    if only_plan and (no_run or to):
-        raise CampaignError("millscale study", "--plan", "with --no-run or --to", "one of them")
-    wish = CoreWish(ranks, jobs, oversubscribe)
-    others, names = tuple(taken_from or ()), tuple(only or ())
-    call = StudyCall(file, runs, others, names, wish, ignore_disk, no_run, to)
-    if only_plan:
-        rows = plan(call)
-        typer.echo(plan_text(rows)) if as_json else _console().print(render(rows))
-        return
-    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
-    try:
-        # With --json the progress goes elsewhere.
-        done, _ = run_and_compare(call, _console(stderr=as_json))
-    except KeyboardInterrupt:
-        typer.echo("interrupted: finished stages are kept, the same command goes on", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-    if as_json:
-        typer.echo(results_text(call))
-    raise typer.Exit(0 if done else EXIT_FAILED)
-
-
-def _console(stderr: bool = False) -> Console:
-    """Tables of a pipe or a file are not cut to the width of a terminal that is not there."""
-    shown = sys.stderr if stderr else sys.stdout
-    return Console(stderr=stderr) if shown.isatty() else Console(stderr=stderr, width=_WIDTH)
+app.command()(bench)
+app.command()(study)
 
 
 def main() -> None:
