@@ -121,6 +121,14 @@ inline Event confirmed_event(const MillFrame& mill, Event e)
   return e;
 }
 
+/// Whether a ball is farther from the groove than `gap` [m].
+inline bool clear_of_groove(const MillFrame& mill, const Vector& position, double ball_radius,
+                            double gap)
+{
+  const double inside = std::max(0.0, mill.radius - ball_radius - gap);
+  return square_from_axis(mill, position) < inside * inside;
+}
+
 inline void follow_liner(Record& ball, const MillFrame& mill, const Observation& now, double gap,
                          Confirmed& confirmed)
 {
@@ -131,8 +139,7 @@ inline void follow_liner(Record& ball, const MillFrame& mill, const Observation&
     ball.liner_candidate = event_at(now, ball.liner_off.count + 1.0);
     ball.liner_pending = 1.0;
   }
-  const double inside = std::max(0.0, mill.radius - now.ball_radius - gap);
-  if (ball.liner_pending != 0.0 && square_from_axis(mill, now.position) < inside * inside) {
+  if (ball.liner_pending != 0.0 && clear_of_groove(mill, now.position, now.ball_radius, gap)) {
     ball.liner_off = confirmed_event(mill, ball.liner_candidate);
     ball.liner_pending = 0.0;
     confirmed.liner_off = true;
@@ -182,11 +189,22 @@ inline void follow_flight(Record& ball, const MillFrame& mill, const Observation
 
 }  // namespace detail
 
-/// Whether an event waits to be confirmed. If not, an observation with the same contacts as the
-/// last one changes nothing.
-inline bool pending(const Record& ball)
+/// What an observation with the same contacts as the last one could still confirm. Balls that lie
+/// near the groove without touching it wait for long.
+enum class Pending : signed char { nothing, liner, flight };  ///< flight: with or without liner
+inline Pending pending(const Record& ball)
 {
-  return ball.liner_pending != 0.0 || ball.flight_pending != 0.0;
+  if (ball.flight_pending != 0.0) return Pending::flight;
+  return ball.liner_pending != 0.0 ? Pending::liner : Pending::nothing;
+}
+
+/// Whether an observation with the same contacts may change the record of a ball: a look that needs
+/// no record.
+inline bool may_confirm(Pending pending, const MillFrame& mill, const Vector& position,
+                        double ball_radius, double gap_over_radius)
+{
+  if (pending != Pending::liner) return pending == Pending::flight;
+  return detail::clear_of_groove(mill, position, ball_radius, gap_over_radius * ball_radius);
 }
 
 /// Advances a ball's record by one observation. Two events are told apart:

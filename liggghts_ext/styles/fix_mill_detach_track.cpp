@@ -17,7 +17,6 @@
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "modify.h"
-#include "neighbor.h"
 #include "tri_mesh.h"
 #include "update.h"
 
@@ -30,7 +29,9 @@ using millscale::Vector;
 namespace {
 
 constexpr int record_size = detachment::record_size;
-constexpr signed char unknown = -1;
+// What a ball touches, as bits; and of what is seen of it, what is pending in units above them.
+constexpr signed char on_wall = 1, on_groove = 2, in_contact = 4;
+constexpr signed char unknown = -1, pending_unit = 8;
 
 /// The record in a row, in place: records are doubles only, and all balls are looked at each step.
 Record& record_in(double* row)
@@ -74,6 +75,7 @@ FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg)
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
+  seen_.assign(atom->nmax, unknown);
   for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
 }
 
@@ -140,29 +142,57 @@ void FixMillDetachTrack::end_of_step()
 
 void FixMillDetachTrack::observe_all()
 {
-  // Records are long and most say at most steps what they said before: `seen_` spares reading them.
-  if (neighbor->ago == 0) seen_.assign(atom->nlocal, unknown);
-  seen_.resize(atom->nlocal, unknown);
   detachment::Observation now{};
   now.mill_angle = mill_fix_->mill_angle();
   now.time = mill_fix_->mill_time();
   const millscale::Turn back(-now.mill_angle);
   const bool look = looks_at_carriers();
   const detachment::Drive drive{mill_fix_->speed_now(), mill_fix_->gravity()};
+  mark_contacts();
   for (int i = 0; i < atom->nlocal; ++i) {
-    if (!(atom->mask[i] & groupbit)) continue;
-    wall_contacts(i, now.wall_contact, now.liner_contact);
-    now.contact_force = now.wall_contact || feels_contact(i);
-    const signed char contacts = now.wall_contact + 2 * now.liner_contact + 4 * now.contact_force;
-    if (seen_[i] == contacts && !look) continue;
+    if ((!look && !may_change(i)) || !(atom->mask[i] & groupbit)) continue;
+    now.wall_contact = marks_[i] & on_wall;
+    now.liner_contact = marks_[i] & on_groove;
+    now.contact_force = marks_[i] & in_contact;
     now.ball_radius = atom->radius[i];
     std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
     std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
     Record& ball = record_in(row(i));
     count(detachment::observe(ball, mill_, now, back, gap_), ball);
     if (look) detachment::follow_carrier(ball, mill_, drive, now, gap_);
-    seen_[i] = detachment::pending(ball) ? unknown : contacts;
+    seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
   }
+}
+
+/// What each ball touches.
+void FixMillDetachTrack::mark_contacts()
+{
+  const int balls = atom->nlocal;
+  marks_.resize(balls);
+  // All that acts on a ball but its weight is contact.
+  const double g = mill_fix_->gravity(), gx = g * mill_.down[0], gy = g * mill_.down[1],
+               gz = g * mill_.down[2], least = force_tolerance_ * force_tolerance_ * g * g;
+  const double* mass = atom->rmass;
+  const auto* force = reinterpret_cast<const double(*)[3]>(balls > 0 ? atom->f[0] : nullptr);
+  for (int i = 0; i < balls; ++i) {
+    const double m = mass[i], x = force[i][0] - m * gx, y = force[i][1] - m * gy,
+                 z = force[i][2] - m * gz;
+    marks_[i] = x * x + y * y + z * z > least * m * m ? in_contact : 0;
+  }
+  for (const FixWallMill* wall : analytic_walls_)
+    wall->mark_contacts(marks_, on_wall | in_contact, on_groove);
+  if (mill_fix_->meshes().empty()) return;
+  for (int i = 0; i < balls; ++i) marks_[i] |= mesh_contacts(i);
+}
+
+/// Records are long, and most say at most steps what they said before: whether to read one.
+bool FixMillDetachTrack::may_change(int i) const
+{
+  if (seen_[i] == marks_[i]) return false;
+  if (seen_[i] == unknown || seen_[i] % pending_unit != marks_[i]) return true;
+  const double* x = atom->x[i];
+  return detachment::may_confirm(static_cast<detachment::Pending>(seen_[i] / pending_unit), mill_,
+                                 {x[0], x[1], x[2]}, atom->radius[i], gap_);
 }
 
 void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record& ball)
@@ -184,33 +214,22 @@ bool FixMillDetachTrack::looks_at_carriers() const
   return std::floor(angle / interval) != std::floor(before / interval);
 }
 
-/// All that acts on a ball but its weight is contact.
-bool FixMillDetachTrack::feels_contact(int i) const
+signed char FixMillDetachTrack::mesh_contacts(int i) const
 {
-  const double weight = atom->rmass[i] * mill_fix_->gravity();
-  double square = 0.0;
-  for (int d = 0; d < 3; ++d) {
-    const double contact = atom->f[i][d] - weight * mill_.down[d];
-    square += contact * contact;
-  }
-  return square > force_tolerance_ * force_tolerance_ * weight * weight;
-}
-
-void FixMillDetachTrack::wall_contacts(int i, bool& wall, bool& liner) const
-{
-  wall = liner = false;
-  for (const FixWallMill* analytic : analytic_walls_) analytic->contacts(i, wall, liner);
+  signed char marks = 0;
   for (FixMeshSurface* fix : mill_fix_->meshes()) {
     const FixContactHistoryMesh* contacts = fix->contactHistory();
     if (!contacts) continue;
-    for (int j = 0; j < contacts->nneighs(i) && !liner; ++j) {
+    for (int j = 0; j < contacts->nneighs(i) && !(marks & on_groove); ++j) {
       const int id = contacts->get_partner_idTri(i, j);
       if (id < 0) continue;
-      wall = true;
+      marks |= on_wall | in_contact;
       const int triangle = fix->triMesh()->map(id, 0);
-      if (triangle >= 0) liner = is_groove(*fix->triMesh(), triangle, mill_, lifter_top_radius_);
+      if (triangle >= 0 && is_groove(*fix->triMesh(), triangle, mill_, lifter_top_radius_))
+        marks |= on_groove;
     }
   }
+  return marks;
 }
 
 const Record& FixMillDetachTrack::record(int i) const
@@ -240,6 +259,31 @@ FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() con
 void FixMillDetachTrack::set_arrays(int i)
 {
   new (row(i)) Record{};
+  seen_[i] = unknown;
+}
+
+void FixMillDetachTrack::grow_arrays(int nmax)
+{
+  FixPerBallRows::grow_arrays(nmax);
+  seen_.resize(nmax, unknown);
+}
+
+void FixMillDetachTrack::copy_arrays(int i, int j, int delflag)
+{
+  FixPerBallRows::copy_arrays(i, j, delflag);
+  seen_[j] = seen_[i];
+}
+
+int FixMillDetachTrack::unpack_exchange(int i, double* buffer)
+{
+  seen_[i] = unknown;
+  return FixPerBallRows::unpack_exchange(i, buffer);
+}
+
+void FixMillDetachTrack::unpack_restart(int i, int nth)
+{
+  seen_[i] = unknown;
+  FixPerBallRows::unpack_restart(i, nth);
 }
 
 void FixMillDetachTrack::write_restart(FILE* file)

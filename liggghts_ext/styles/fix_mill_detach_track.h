@@ -37,7 +37,11 @@ class FixMillDetachTrack : public FixPerBallRows {
   Statistics statistics_of_all_ranks() const;
   double mill_time() const;
 
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
   void set_arrays(int) override;
+  int unpack_exchange(int, double*) override;
+  void unpack_restart(int, int) override;
   void write_restart(FILE*) override;
   void restart(char*) override;
 
@@ -46,8 +50,9 @@ class FixMillDetachTrack : public FixPerBallRows {
   void observe_all();
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
   bool looks_at_carriers() const;
-  bool feels_contact(int i) const;
-  void wall_contacts(int i, bool& wall, bool& liner) const;
+  void mark_contacts();
+  signed char mesh_contacts(int i) const;
+  bool may_change(int i) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
@@ -57,8 +62,9 @@ class FixMillDetachTrack : public FixPerBallRows {
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;
-  /// Contacts of each ball at the last step, as bits; -1 where its record must be looked at.
+  /// Of each ball: its contacts at the last step and what is pending; -1: its record must be read.
   std::vector<signed char> seen_;
+  std::vector<signed char> marks_;  ///< what each ball touches now, as bits
 };
 
 }  // namespace LAMMPS_NS

@@ -369,10 +369,11 @@ void FixWallMill::account(const Pressed& p, const Contact& contact, double dt) c
               1.0);
 }
 
-void FixWallMill::contacts(int i, bool& wall, bool& on_liner) const
+void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,
+                                signed char groove) const
 {
-  wall = wall || touching_[i] != 0;
-  on_liner = on_liner || (touching_[i] & on_groove);
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    marks[i] |= (touching_[i] ? wall : 0) | (touching_[i] & on_groove ? groove : 0);
 }
 
 double FixWallMill::compute_vector(int k)

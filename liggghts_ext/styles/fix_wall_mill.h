@@ -38,8 +38,9 @@ class FixWallMill : public FixPerBallRows {
   void post_force(int) override;
   double compute_vector(int) override;
 
-  /// What ball i touched at the last evaluation of the forces.
-  void contacts(int i, bool& wall, bool& liner) const;
+  /// Adds the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
+  /// the forces, and those of `groove` if they touched a groove. marks: of the rank's own balls.
+  void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
 
  private:
   struct BallOnWall {

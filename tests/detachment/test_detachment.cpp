@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <random>
 
 #include "detachment/detachment.h"
@@ -178,6 +180,42 @@ Observation among_balls(double radius, double psi, double mill_angle, double apa
   now.velocity = millscale::cross({0.0, drive.speed, 0.0}, now.position);
   for (int d = 0; d < 3; d += 2) now.velocity[d] += apart * now.position[d] / radius;
   return now;
+}
+
+TEST(Observe, WhatMayNotConfirmChangesNothing)
+{
+  // A ball that wanders near the groove and now and then touches it, other balls, or nothing.
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> choice(0, 9);
+  std::normal_distribution<double> step(0.0, 0.004);
+  double radius = 1.0 - ball_radius, angle = 0.0;
+  int touches = 3, skipped = 0, waiting = 0;
+  Record always, sometimes;
+  int last = -1;
+  int confirmed = 0;
+  for (int k = 0; k < 20000; ++k) {
+    if (choice(random) == 0) touches = choice(random) % 3;
+    angle += 1e-3;
+    radius = std::clamp(radius + step(random), 0.9, 1.0 - ball_radius);
+    Observation now = free_at(radius, 0.5, angle);
+    now.liner_contact = now.wall_contact = touches == 2;
+    now.contact_force = touches > 0;
+    const Confirmed event = observe(always, mill(), now, 1.0);
+    confirmed += event.liner_off + event.flight;
+    const Pending before = pending(sometimes);
+    waiting += before == Pending::liner;
+    if (touches == last && !may_confirm(before, mill(), now.position, ball_radius, 1.0)) {
+      ++skipped;
+      EXPECT_FALSE(event.liner_off || event.flight);
+    } else {
+      observe(sometimes, mill(), now, 1.0);
+    }
+    last = touches;
+    ASSERT_EQ(std::memcmp(&always, &sometimes, sizeof always), 0) << k;
+  }
+  EXPECT_GT(skipped, 5000);
+  EXPECT_GT(waiting, 1000);
+  EXPECT_GT(confirmed, 100);
 }
 
 TEST(Carrier, IsTheLifterOfTheGrooveABallRestsIn)
