@@ -65,6 +65,7 @@ def contact_row(request):
         at=None,
         fault=None,
     ):
+        assert isinstance(path, str), f"a path is a word of the table, got {path!r}"
         arrays = np.broadcast_arrays(
             *(np.atleast_1d(x).astype(float) for x in (expected, got, tolerance))
         )

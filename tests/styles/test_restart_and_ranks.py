@@ -185,7 +185,7 @@ def test_a_charge_is_the_same_on_any_number_of_ranks(tmp_path, contact_row, cont
         states.append(_state(folder)[:, :7])
     contact_row(
         "fault: the result depends on the number of ranks",
-        contacts,
+        " ".join(contacts),
         wall,
         f"difference of a collapsing bed on {ranks} ranks from one",
         dt=DT,
