@@ -10,13 +10,22 @@ from __future__ import annotations
 
 import argparse
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mill_analysis.run_folder import load_finished, read_json, write_json
+from mill_analysis.run_folder import (
+    CASE,
+    STAGE,
+    FinishedCase,
+    RunFolderError,
+    load_finished,
+    missing_products,
+    read_json,
+    write_json,
+)
 from mill_analysis.study import STUDY
 from mill_analysis.study_page import REPORT, RESULTS
 from mill_bench.record import provenance
@@ -99,20 +108,25 @@ def mills(study: Path) -> Iterator[Row]:
     about = read_json(study / STUDY, "millscale study")
     told = read_json(study / REPORT / RESULTS, "millscale study")
     errors = {row["setting"]: row for row in told["rows"]}
-    seeds = {
-        setting["name"]: [load_finished(study / entry["folder"]) for entry in setting["cases"]]
+    folders = {
+        setting["name"]: [study / entry["folder"] for entry in setting["cases"]]
         for setting in about["settings"]
-        if setting["name"] in errors
     }
-    reference = seeds[about["reference"]][0].case
-    base = {key: _mean(seeds[about["reference"]], key) for key in MEANS}
-    for name, cases in seeds.items():
-        case = cases[0].case
+    of_reference = _finished(folders[about["reference"]])
+    reference = of_reference[0].case
+    base = {key: _mean(of_reference, key) for key in MEANS}
+    for name, places in folders.items():
+        begun = [place for place in places if (place / CASE).exists()]
+        if not begun:
+            continue
+        case = read_json(begun[0] / CASE, "millscale study")
         path = path_of(case)
         if path is None or any(_at(case, key) != _at(reference, key) for key in _SAME):
             continue
-        time = case["time"]
-        yield {
+        cases, time = _finished(places), case["time"]
+        if not cases and all(_stopped(place) is None for place in begun):
+            continue
+        row = {
             "scene": "mill",
             "setting": name,
             "path": path,
@@ -121,12 +135,33 @@ def mills(study: Path) -> Iterator[Row]:
             "dt_over_damping_limit": time["limit_fraction"],
             "steps_per_contact": time["steps_per_contact"],
             "seeds": len(cases),
+            "stopped_by": [cause for cause in map(_stopped, begun) if cause],
             "is_reference": name == about["reference"],
-            **{key: _compared(cases, key, base[key]) for key in MEANS},
-            "errors": {key: errors[name]["errors"][key] for key in ERRORS},
-            "max_overlap": max(one.result["largest_overlap_over_radius"] for one in cases),
-            "time_s": errors[name]["time_s"],
         }
+        yield row | (_told(cases, base, errors[name]) if cases and name in errors else {})
+
+
+def _told(cases: Sequence[FinishedCase], base: Row, of_study: Row) -> Row:
+    """What finished seeds tell of a setting."""
+    return {
+        **{key: _compared(cases, key, base[key]) for key in MEANS},
+        "errors": {key: of_study["errors"][key] for key in ERRORS},
+        "max_overlap": max(one.result["largest_overlap_over_radius"] for one in cases),
+        "time_s": of_study["time_s"],
+    }
+
+
+def _finished(places: Sequence[Path]) -> list[FinishedCase]:
+    return [load_finished(place) for place in places if not missing_products(place)]
+
+
+def _stopped(place: Path) -> str | None:
+    """Why the rotation of a case failed; None if it did not."""
+    try:
+        record = read_json(place / STAGE, "millscale study")
+    except RunFolderError:
+        return None
+    return record["cause"] if record.get("state") == "failed" else None
 
 
 def path_of(case: Row) -> str | None:

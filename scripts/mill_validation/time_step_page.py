@@ -44,7 +44,7 @@ _MILL = """
 S = 2.6, settings of `campaigns/study-S2.6.toml` ([study.md](study.md)): means over the second half
 of the rotation, difference from the reference (plain damping, an eighth of the default's step) in
 per cent, in brackets the range of the seeds; contour and curtain with what chance alone does to
-them. Reference: {reference}.
+them. Reference: {reference}. Stopped: by `fix mill/guard`, with the ball and the reason.
 
 | path | dt [s] | dt / T_R | dt / limit | seeds | kinetic | of rotation | power | contour | curtain | overlap / a |
 |---|---|---|---|---|---|---|---|---|---|---|
@@ -99,16 +99,22 @@ def of_scene(rows: Iterable[Row], scene: str) -> list[Row]:
 
 
 def _mill_line(row: Row) -> str:
+    seeds = str(row["seeds"]) + (f", {len(row['stopped_by'])} stopped" if row["stopped_by"] else "")
+    step = (
+        row["path"],
+        f"{row['dt']:.2g}",
+        f"{row['dt_over_rayleigh']:.3f}",
+        f"{row['dt_over_damping_limit']:.2f}",
+        seeds,
+    )
+    if "kinetic" not in row:
+        return _line(*step, *6 * ("",))
     means = [
         f"{100 * row[key]['difference']:+.1f} ({100 * row[key]['range_of_seeds']:.1f})"
         for key in ("kinetic", "kinetic_rotation", "power")
     ]
     return _line(
-        row["path"],
-        f"{row['dt']:.2g}",
-        f"{row['dt_over_rayleigh']:.3f}",
-        f"{row['dt_over_damping_limit']:.2f}",
-        str(row["seeds"]),
+        *step,
         *means,
         *(_error(row["errors"][key]) for key in ("contour", "curtain")),
         f"{row['max_overlap']:.3f}",
@@ -162,7 +168,7 @@ def draw(rows: Sequence[Row], file: Path) -> Figure:
     """
     head_on = [r for r in of_scene(rows, "collision") if r["kind"] == "head-on"]
     bed = [row for row in of_scene(rows, "bed") if row["spin_noise"] is not None]
-    mill = of_scene(rows, "mill")
+    mill = [row for row in of_scene(rows, "mill") if "kinetic" in row]
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 6.6), layout="constrained")
         (a, b), (c, d) = figure.subplots(2, 2)

@@ -125,20 +125,34 @@ def study(tmp_path, monkeypatch):
             }
         )
         for folder, value in zip(folders, values, strict=True):
+            (tmp_path / folder).mkdir(parents=True)
+            (tmp_path / folder / "case.json").write_text(json.dumps(document))
             means = dict.fromkeys(("kinetic", "kinetic_rotation", "power", "centre_z"), value)
             result = {"dimensionless": means, "largest_overlap_over_radius": 0.1 * value}
             finished[tmp_path / folder] = SimpleNamespace(case=document, result=result)
-    (tmp_path / "study.json").write_text(json.dumps(content))
     (tmp_path / "report").mkdir()
     (tmp_path / "report" / "speed-against-error.json").write_text(json.dumps({"rows": rows}))
+    # One that failed and is no seed, and one that has not begun.
+    failed = {"name": "long", "cases": [{"folder": "long/0"}]}
+    content["settings"] += [failed, {"name": "later", "cases": [{"folder": "later/0"}]}]
+    (tmp_path / "long" / "0").mkdir(parents=True)
+    (tmp_path / "long" / "0" / "case.json").write_text(json.dumps(case(2.9e-4)))
+    record = {"state": "failed", "cause": "ball 7 is too fast"}
+    (tmp_path / "long" / "0" / "stage.json").write_text(json.dumps(record))
+    (tmp_path / "study.json").write_text(json.dumps(content))
     monkeypatch.setattr("mill_validation.time_step.load_finished", finished.__getitem__)
+    monkeypatch.setattr(
+        "mill_validation.time_step.missing_products", lambda place: place not in finished
+    )
     return tmp_path
 
 
 def test_rows_of_the_mill_are_the_settings_that_differ_in_step_and_path_alone(study):
     rows = {row["setting"]: row for row in mills(study)}
-    assert set(rows) == {"fine", "usual", "stock"}
-    assert [row["path"] for row in rows.values()] == ["plain", "default", "stock"]
+    assert set(rows) == {"fine", "usual", "stock", "long"}
+    assert [row["path"] for row in rows.values()] == ["plain", "default", "stock", "default"]
+    assert rows["long"]["stopped_by"] == ["ball 7 is too fast"] and rows["long"]["seeds"] == 0
+    assert rows["fine"]["stopped_by"] == [] and "kinetic" not in rows["long"]
     assert rows["fine"]["is_reference"] and rows["fine"]["kinetic"]["difference"] == 0.0
     assert rows["fine"]["kinetic"]["range_of_seeds"] == pytest.approx(0.2 / 1.1)
     assert rows["stock"]["power"]["difference"] == pytest.approx(-0.2)
@@ -180,6 +194,7 @@ def test_the_page_and_the_picture_show_every_row(study, tmp_path):
     text = page({"restitution": 0.1, "rows": rows, "provenance": record})
     assert "| stock | 0.0001 | 0.143 | 1.00 | 1 | -20.0 (0.0) |" in text
     assert "| 2.00 ± 1.00 | 2.00 ± 1.00 | 0.088 |" in text
+    assert "| default | 0.00029 | 0.414 | 2.90 | 0, 1 stopped |  |" in text
     assert "| plain | 0.4 | 0.40 | stopped | stopped | 0.020 |" in text
     assert text.count("| 0.1 | 20.0 | 0.0917 | 0.0700 | 0.9900 | 0.6300 |") == len(COLOURS)
     figure = draw(rows, tmp_path / "p.png")
