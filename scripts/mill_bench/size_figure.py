@@ -45,6 +45,6 @@ def draw_sizes(rows: Sequence[dict[str, Any]], file: Path) -> Figure:
     axes.set_xlabel("balls")
     axes.set_ylabel("time per ball, step and core [ns]")
     axes.grid(True, which="both", alpha=0.3)
-    axes.legend(fontsize=8)
+    figure.legend(loc="outside upper center", ncols=3, fontsize=8)
     figure.savefig(file, dpi=150)
     return figure

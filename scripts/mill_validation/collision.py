@@ -11,7 +11,8 @@ import numpy as np
 
 from mill_campaign.engine_run import engine_text, find_engine
 from mill_validation.cases import Mill
-from mill_validation.deck import PATHS, material, read_frames
+from mill_validation.deck import PATHS, material, read_frames, write_balls
+from mill_validation.scenes import Balls
 
 SPEED = 5.0  # along the normal [m/s]; at 45 degrees as much across it
 # Contact may begin anywhere within a step: pairs whose gaps are spread evenly over one.
@@ -49,8 +50,9 @@ def collide(folder: Path, mill: Mill, path: str, step: float, oblique: bool) -> 
     """
     folder.mkdir(parents=True)
     across = SPEED if oblique else 0.0
-    place, velocity = _begin(mill.radii[0], across, step)
-    _write(folder / "balls.data", mill, place, velocity, _reach(mill, across))
+    balls, reach = _begin(mill.radii[0], across, step), _reach(mill, across)
+    box = ((-reach, reach), (0.0, APART * mill.radii[0] * PAIRS), (-reach, reach))
+    write_balls(folder / "balls.data", mill, balls, box)
     steps = math.ceil(LOSSY * contact_time(mill) / step)
     (folder / "collision.in").write_text(_deck(mill, path, step, steps))
     _, cause = engine_text([str(find_engine()), "-in", "collision.in"], folder)
@@ -65,8 +67,8 @@ def contact_time(mill: Mill) -> float:
     return mill_core.hertz_collision_time(balls, mill.radii[0], SPEED)
 
 
-def _begin(radius: float, across: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """(2 PAIRS, 3) positions and velocities: the upper balls, then the lower ones."""
+def _begin(radius: float, across: float, step: float) -> Balls:
+    """The upper balls, then the lower ones."""
     gap = SPEED * step * (np.arange(PAIRS) + 0.5) / PAIRS
     middle = np.zeros((PAIRS, 3))
     middle[:, 1] = APART * radius * (np.arange(PAIRS) + 0.5)
@@ -74,26 +76,13 @@ def _begin(radius: float, across: float, step: float) -> tuple[np.ndarray, np.nd
     # Balls that move across are so placed that they touch right above each other.
     half[:, 0] -= 0.5 * across * gap / SPEED
     speed = np.tile([0.5 * across, 0.0, -0.5 * SPEED], (PAIRS, 1))
-    return np.concatenate([middle + half, middle - half]), np.concatenate([speed, -speed])
+    place = np.concatenate([middle + half, middle - half])
+    return Balls(place, np.concatenate([speed, -speed]), np.full(2 * PAIRS, radius))
 
 
 def _reach(mill: Mill, across: float) -> float:
     """How far from the middle a ball gets at most [m]."""
     return 3.0 * mill.radii[0] + LOSSY * contact_time(mill) * (SPEED + across)
-
-
-def _write(file: Path, mill: Mill, place, velocity, reach: float) -> None:
-    long = APART * mill.radii[0] * PAIRS
-    lines = ["balls", "", f"{len(place)} atoms", "2 atom types", ""]
-    lines += [f"{-reach!r} {reach!r} xlo xhi", f"0.0 {long!r} ylo yhi"]
-    lines += [f"{-reach!r} {reach!r} zlo zhi", "", "Atoms", ""]
-    for i, x in enumerate(place, 1):
-        words = " ".join(repr(float(v)) for v in (2.0 * mill.radii[0], mill.density, *x))
-        lines.append(f"{i} 1 {words}")
-    lines += ["", "Velocities", ""]
-    for i, v in enumerate(velocity, 1):
-        lines.append(f"{i} " + " ".join(repr(float(c)) for c in v) + " 0 0 0")
-    file.write_text("\n".join(lines) + "\n")
 
 
 def _deck(mill: Mill, path: str, step: float, steps: int) -> str:

@@ -41,6 +41,7 @@ SAMPLES = 400  # rows of series.csv
 SPIN_STEPS = 12  # at the end, one after the other
 GUARD_EVERY = 20  # steps; a hard case is looked at more often than a campaign
 CHORD_SHARE = 0.025  # chord error of the mesh over the ball radius, as in campaigns
+Box = tuple[tuple[float, float], ...]  # lower and upper end along x, y, z [m]
 SERIES = ("step", "balls", "translation", "rotation", "potential", "overlap")
 
 
@@ -63,15 +64,16 @@ def run_case(folder: Path, case: Case, mill: Mill, balls: Balls, path: str, step
     """Run a case at a time step [s] in a folder of its own."""
     folder.mkdir(parents=True)
     steps = case.steps or round(case.duration / step)
-    _write_balls(folder / "balls.data", mill, balls)
+    across = 1.02 * mill.radius
+    box = ((-across, across), (0.0, mill.length), (-across, across))
+    write_balls(folder / "balls.data", mill, balls, box)
     (folder / "case.in").write_text(_deck(folder, case, mill, balls, path, step, steps))
     _, cause = engine_text([str(find_engine()), "-in", "case.in"], folder)
     return Ran(_read_series(folder / "series.csv"), _read_spins(folder), cause)
 
 
-def _write_balls(file: Path, mill: Mill, balls: Balls) -> None:
-    across = 1.02 * mill.radius
-    box = ((-across, across), (0.0, mill.length), (-across, across))
+def write_balls(file: Path, mill: Mill, balls: Balls, box: Box) -> None:
+    """Data file of the engine with balls of a mill's density, without spin."""
     lines = ["balls", "", f"{len(balls.radius)} atoms", "2 atom types", ""]
     lines += [f"{low!r} {high!r} {d}lo {d}hi" for d, (low, high) in zip("xyz", box, strict=True)]
     lines += ["", "Atoms", ""]

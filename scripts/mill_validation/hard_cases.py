@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from mill_bench.record import provenance
-from mill_validation.cases import CASES, Case, base_campaign, mill_of
+from mill_validation.cases import CASES, Case, Mill, base_campaign, mill_of
 from mill_validation.deck import PATHS, run_case
 from mill_validation.page import page
 from mill_validation.scenes import balls_of
@@ -76,8 +76,6 @@ class Study:
 
     def _row(self, share: float, found: Measured) -> dict:
         error = energy_error(self.case, found, self.reference())
-        step = share * self._mill.rayleigh_time
-        limit = self._mill.damping_limit(PATHS[self.path].bounded)
         numbers = {
             "energy_error": error,
             "max_overlap": found.max_overlap,
@@ -85,15 +83,23 @@ class Study:
         }
         return {
             "case": self.case.name,
-            "path": self.path,
-            "dt": step,
-            "dt_over_rayleigh": share,
-            "dt_over_damping_limit": step / limit,
+            **step_of(self._mill, self.path, share),
             **{k: float(v) if np.isfinite(v) else None for k, v in numbers.items()},
             "lost": found.lost,
             "stopped_by": found.stopped_by,
             "verdict": verdict(self.case, found, error),
         }
+
+
+def step_of(mill: Mill, path: str, share: float) -> dict:
+    """A step on a path, as part of a row: a share of the Rayleigh time."""
+    step = share * mill.rayleigh_time
+    return {
+        "path": path,
+        "dt": step,
+        "dt_over_rayleigh": share,
+        "dt_over_damping_limit": step / mill.damping_limit(PATHS[path].bounded),
+    }
 
 
 def turn_of(rows: list[dict]) -> dict:

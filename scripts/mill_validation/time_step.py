@@ -32,7 +32,7 @@ from mill_bench.record import provenance
 from mill_validation.cases import CASES, REST, Mill, base_campaign, mill_of
 from mill_validation.collision import collide, contact_time
 from mill_validation.deck import PATHS, run_case
-from mill_validation.hard_cases import SEED
+from mill_validation.hard_cases import SEED, step_of
 from mill_validation.scenes import balls_of
 from mill_validation.time_step_page import draw, page
 from mill_validation.verdict import measure
@@ -60,7 +60,7 @@ def collisions(mill: Mill) -> Iterator[Row]:
                 yield {
                     "scene": "collision",
                     "kind": kind,
-                    **_step(mill, path, share),
+                    **step_of(mill, path, share),
                     "steps_per_contact": contact_time(mill) / step,
                     **vars(found),
                 }
@@ -82,21 +82,10 @@ def beds(mill: Mill) -> Iterator[Row]:
             }
             yield {
                 "scene": "bed",
-                **_step(mill, path, share),
+                **step_of(mill, path, share),
                 **{key: x if np.isfinite(x) else None for key, x in numbers.items()},
                 "stopped_by": found.stopped_by,
             }
-
-
-def _step(mill: Mill, path: str, share: float) -> Row:
-    step = share * mill.rayleigh_time
-    limit = mill.damping_limit(PATHS[path].bounded)
-    return {
-        "path": path,
-        "dt": step,
-        "dt_over_rayleigh": share,
-        "dt_over_damping_limit": step / limit,
-    }
 
 
 def mills(study: Path) -> Iterator[Row]:
