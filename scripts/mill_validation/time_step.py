@@ -193,7 +193,10 @@ def main() -> None:
     arguments.add_argument("--docs", type=Path, default=Path("docs"))
     given = arguments.parse_args()
     mill = mill_of(BED, base_campaign())
-    rows = list(mills(given.study))
+    try:
+        rows = list(mills(given.study))
+    except RunFolderError as error:
+        raise SystemExit(f"error: {error}") from None
     print(f"{len(rows)} settings of the mill", flush=True)
     for told in (collisions(mill), beds(mill)):
         for row in told:

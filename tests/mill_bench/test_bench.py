@@ -111,7 +111,7 @@ def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_pat
         row for state, p in plan for row in rows("size", (MILLSCALE, LIGGGHTS), state, p, phases)
     ]
     figure = draw_sizes(table, tmp_path / "size.png")
-    labels = {text.get_text() for text in figure.axes[0].get_legend().get_texts()}
+    labels = {text.get_text() for text in figure.legends[0].get_texts()}
     assert labels == {
         f"{name}, {ranks}"
         for name in ("millscale", "stock LIGGGHTS")
