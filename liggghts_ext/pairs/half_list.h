@@ -30,10 +30,12 @@ class CellGrid {
  public:
   static constexpr int fours = 4;  ///< balls are copied and read by the four
 
-  /// reach: largest distance of two centres that make a pair [m].
-  void sort(const Balls& balls, double reach)
+  /// margin: largest of a ball [m].
+  void sort(const Balls& balls, double margin)
   {
-    lay_out(balls, reach);
+    double largest = 0.0;
+    for (int i = 0; i < balls.all; ++i) largest = std::max(largest, balls.radius[i]);
+    lay_out(balls, 2.0 * (largest + margin));
     cell_of_.resize(balls.all);
     start_.assign(static_cast<std::size_t>(cells_[0]) * cells_[1] * cells_[2] + 1, 0);
     for (int i = 0; i < balls.all; ++i) {
@@ -53,11 +55,33 @@ class CellGrid {
     }
   }
 
+  /// The balls' radii begin this much further out from here on.
+  void widen(const double* margin)
+  {
+    for (std::size_t place = 0; place < cell_of_.size(); ++place)
+      sorted_[3][place] += margin[index_[place]];
+  }
+
   int cells() const { return static_cast<int>(start_.size()) - 1; }
 
   /// Balls of a cell.
   const int* begin(int cell) const { return index_.data() + start_[cell]; }
   const int* end(int cell) const { return index_.data() + start_[cell + 1]; }
+
+  /// Of each ball the largest of these numbers, none negative, among the balls of its own and the
+  /// 26 cells around.
+  void largest_around(std::vector<double>& of_ball)
+  {
+    largest_.assign(cells(), 0.0);
+    for (std::size_t i = 0; i < cell_of_.size(); ++i)
+      largest_[cell_of_[i]] = std::max(largest_[cell_of_[i]], of_ball[i]);
+    for (const int step : {1, cells_[0], cells_[0] * cells_[1]}) {
+      along_.assign(largest_.begin(), largest_.end());
+      for (int c = step; c + step < cells(); ++c)
+        largest_[c] = std::max({along_[c - step], along_[c], along_[c + step]});
+    }
+    for (std::size_t i = 0; i < cell_of_.size(); ++i) of_ball[i] = largest_[cell_of_[i]];
+  }
 
   /// Copies the balls of an inner cell and those around it side by side, good until the next call.
   Candidates around(int cell)
@@ -126,17 +150,17 @@ class CellGrid {
   double low_[3], inverse_edge_ = 1.0;
   int cells_[3];
   std::vector<int> cell_of_, start_, next_;
-  std::vector<double> sorted_[4], near_[4];  ///< x, y, z, radius
+  std::vector<double> sorted_[4], near_[4];  ///< x, y, z, radius and margin
+  std::vector<double> largest_, along_;
   std::vector<int> index_, near_index_;
 };
 
-/// Lists the pairs whose surfaces are within `gap` [m]; memories are zero, nothing touches.
-inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap,
+/// Lists the pairs whose surfaces are within the sum of both balls' margins [m]; memories are zero,
+/// nothing touches. The grid is of these balls and sorted with no shorter a reach.
+inline void build(HalfList& list, CellGrid& grid, const Balls& balls, const double* margin,
                   ListPartners list_partners)
 {
-  double largest = 0.0;
-  for (int i = 0; i < balls.all; ++i) largest = std::max(largest, balls.radius[i]);
-  grid.sort(balls, 2.0 * largest + gap);
+  grid.widen(margin);
   list.first.resize(balls.owned);
   list.partners.resize(balls.owned);
   std::size_t count = 0;
@@ -155,7 +179,7 @@ inline void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap
       int* const begin = list.other.data() + count;
       const double* x = balls.position[i];
       const int* end =
-          list_partners(candidates, i, {x[0], x[1], x[2], balls.radius[i] + gap}, begin);
+          list_partners(candidates, i, {x[0], x[1], x[2], balls.radius[i] + margin[i]}, begin);
       list.first[i] = static_cast<int>(count);
       list.partners[i] = static_cast<int>(end - begin);
       std::fill_n(list.own.data() + count, list.partners[i], i);

@@ -11,15 +11,18 @@
 #include "comm.h"
 #include "contact_laws.h"
 #include "contact_models.h"
+#include "domain.h"
 #include "end_run.h"
 #include "error.h"
 #include "fix_contact_damping.h"
 #include "fix_contact_history.h"
 #include "fix_mill_ledger.h"
+#include "fix_pair_margins.h"
 #include "force.h"
 #include "modify.h"
 #include "neigh_request.h"
 #include "neighbor.h"
+#include "output.h"
 #include "pair_gran.h"
 #include "pairs/list_check.h"
 #include "similarity/format.h"
@@ -176,7 +179,8 @@ void PairGranFast::init_granular()
         FLERR,
         (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
   refuse_what_is_not_covered();
-  damping_ = terms_.bounded ? damping_of_balls() : nullptr;
+  damping_ = terms_.bounded ? own_fix<FixContactDamping>("contact_damping") : nullptr;
+  margins_ = own_fix<FixPairMargins>("pair_margins");
   ledger_ = FixMillLedger::of(modify);
   laws_.clear();
   try {
@@ -190,14 +194,14 @@ void PairGranFast::init_granular()
   }
 }
 
-/// The fix that keeps it, made at the first run.
-FixContactDamping* PairGranFast::damping_of_balls()
+/// A fix of ours, made at the first run.
+template <class Style>
+Style* PairGranFast::own_fix(const char* name)
 {
-  char id[] = "contact_damping", all[] = "all";
-  std::string style = FixContactDamping::style_name;
-  char* words[] = {id, all, style.data()};
-  if (modify->find_fix(id) < 0) modify->add_fix(3, words);
-  return static_cast<FixContactDamping*>(modify->fix[modify->find_fix(id)]);
+  std::string id = name, all = "all", style = Style::style_name;
+  char* words[] = {id.data(), all.data(), style.data()};
+  if (modify->find_fix(id.data()) < 0) modify->add_fix(3, words);
+  return static_cast<Style*>(modify->fix[modify->find_fix(id.data())]);
 }
 
 /// Without memory there is no spring; ours is right then only where no friction acts at all.
@@ -309,11 +313,20 @@ void PairGranFast::build_list()
   only_type_ = now.all > 0 ? now.type[0] : 0;
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
     only_type_ = 0;
-  pairs::build(list_, grid_, now, neighbor->skin, kernel_.list_partners);
+  pairs::build(list_, grid_, now, margins_->at_birth(now, grid_, by_places()),
+               kernel_.list_partners);
   rows_.for_balls(now.all, mixed_ && !ledger_);
   recall_memories();
   if (ledger_) ledger_->between_balls().begin_list(list_.touching.data(), list_.entries);
   show_list_to_engine();
+}
+
+/// A run that goes on from a restart file must have the lists of the one that wrote it, but speeds
+/// at its set-up are not those in the midst of the step. Stock memories last as long as a list.
+bool PairGranFast::by_places() const
+{
+  return update->setupflag || output->restart_requested(update->ntimestep) || !forget_apart_ ||
+         domain->box_change;
 }
 
 /// Contacts keep their memory from list to list by the tags of their balls.

@@ -38,7 +38,9 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   void refuse_what_is_not_covered();
   void refuse_friction_of_balls();
   void read_damping(const std::string&);
-  class FixContactDamping* damping_of_balls();
+  template <class Style>
+  Style* own_fix(const char* id);
+  bool by_places() const;
   void build_list();
   void recall_memories();
   void check_list();
@@ -50,6 +52,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   std::string tangential_;
   millscale::contact::BallTerms terms_;
   class FixContactDamping* damping_ = nullptr;
+  class FixPairMargins* margins_ = nullptr;
   class FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
   bool forget_apart_ = true;
   bool mixed_ = false;

@@ -25,7 +25,7 @@ class Variant:
         engine: millscale or liggghts.
         wall: analytic or mesh.
         pair: fast, mixed (fast in mixed precision) or stock.
-        skin: of the neighbour list [m].
+        skin: of the neighbour list [m]; by default the optimum of stock contacts.
     """
 
     engine: str
@@ -36,8 +36,8 @@ class Variant:
 
 LAMMPS = Variant("lammps", "analytic", "granular")
 YADE = Variant("yade", "mesh", "mindlin")
-MILLSCALE = Variant("millscale", "analytic", "fast")
-MIXED = Variant("millscale", "analytic", "mixed")
+MILLSCALE = Variant("millscale", "analytic", "fast", skin=0.020)
+MIXED = Variant("millscale", "analytic", "mixed", skin=0.020)
 LIGGGHTS = Variant("liggghts", "mesh", "stock")
 ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
 

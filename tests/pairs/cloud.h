@@ -68,6 +68,16 @@ inline Cloud random_cloud(const CloudSize& size, unsigned seed)
   return cloud;
 }
 
+/// Lists the pairs whose surfaces are within `gap` [m].
+inline void build_within(millscale::pairs::HalfList& list, const Cloud& cloud, double gap,
+                         millscale::pairs::ListPartners list_partners)
+{
+  millscale::pairs::CellGrid grid;
+  grid.sort(cloud.view(), gap / 2);
+  const std::vector<double> margin(cloud.all(), gap / 2);
+  millscale::pairs::build(list, grid, cloud.view(), margin.data(), list_partners);
+}
+
 /// Those this machine can run. Mixed kernels stand for a level's own: their `evaluate` is theirs.
 inline std::vector<millscale::pairs::Kernel> kernels()
 {

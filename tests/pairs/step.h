@@ -35,8 +35,7 @@ struct Step {
 
   explicit Step(const Cloud& c, double gap = 0.005) : cloud(c)
   {
-    CellGrid grid;
-    build(list, grid, cloud.view(), gap, best_kernel().list_partners);
+    build_within(list, cloud, gap, best_kernel().list_partners);
     std::mt19937 random(11);
     std::normal_distribution<double> normal;
     for (int i = 0; i < list.owned(); ++i)

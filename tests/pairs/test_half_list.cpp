@@ -47,9 +47,9 @@ void expect_brute_force(const HalfList& list, const Cloud& cloud, double gap, co
 }
 
 /// The list by the best kernel; each kernel has its own test.
-void build(HalfList& list, CellGrid& grid, const Balls& balls, double gap)
+void build(HalfList& list, const Cloud& cloud, double gap)
 {
-  millscale::pairs::build(list, grid, balls, gap, best_kernel().list_partners);
+  build_within(list, cloud, gap, best_kernel().list_partners);
 }
 
 struct Scene {
@@ -154,8 +154,7 @@ TEST(HalfList, IsBruteForceInEveryScene)
   for (const Kernel& each : kernels())
     for (const Scene& scene : scenes()) {
       HalfList list;
-      CellGrid grid;
-      millscale::pairs::build(list, grid, scene.cloud.view(), gap, each.list_partners);
+      build_within(list, scene.cloud, gap, each.list_partners);
       expect_brute_force(list, scene.cloud, gap, scene.name);
       EXPECT_GE(list.entries, scene.at_least) << scene.name;
     }
@@ -169,8 +168,7 @@ TEST(HalfList, HasThePairsAtTheVeryReachWhateverTheRounding)
   for (int i = 0; i < 400; ++i)  // two lines: cells of one alone would be wider
     cloud.add({spacing * (i / 2), 0.1 * spacing * (i % 2), 0.0}, spacing / 4);
   HalfList list;
-  CellGrid grid;
-  build(list, grid, cloud.view(), spacing / 2);
+  build(list, cloud, spacing / 2);
   expect_brute_force(list, cloud, spacing / 2, "at the reach");
   EXPECT_GT(list.entries, 50);
 }
@@ -179,8 +177,7 @@ TEST(HalfList, WithoutAGapHasTheBallsThatTouch)
 {
   for (const Scene& scene : scenes()) {
     HalfList list;
-    CellGrid grid;
-    build(list, grid, scene.cloud.view(), 0.0);
+    build(list, scene.cloud, 0.0);
     expect_brute_force(list, scene.cloud, 0.0, scene.name);
   }
 }
@@ -188,12 +185,11 @@ TEST(HalfList, WithoutAGapHasTheBallsThatTouch)
 TEST(HalfList, BuiltAgainKnowsNothingOfTheLastScene)
 {
   HalfList list;
-  CellGrid grid;
   for (const Scene& scene : scenes()) {
-    build(list, grid, scene.cloud.view(), gap);
+    build(list, scene.cloud, gap);
     std::fill(list.displacement.begin(), list.displacement.end(), 1.0);
     std::fill(list.touching.begin(), list.touching.end(), 1);
-    build(list, grid, scene.cloud.view(), gap);
+    build(list, scene.cloud, gap);
     expect_brute_force(list, scene.cloud, gap, scene.name);
     EXPECT_EQ(list.touching, std::vector<int>(list.other.size(), 0)) << scene.name;
     EXPECT_EQ(list.displacement, std::vector<double>(3 * list.other.size(), 0.0)) << scene.name;
@@ -204,8 +200,7 @@ TEST(HalfList, HasNoPairsOfGhosts)
 {
   const Cloud cloud = with_ghosts();
   HalfList list;
-  CellGrid grid;
-  build(list, grid, cloud.view(), gap);
+  build(list, cloud, gap);
   int with_a_ghost = 0;
   for (const auto& pair : pairs_of(list)) {
     EXPECT_LT(pair[0], cloud.owned());
@@ -221,8 +216,7 @@ TEST(HalfList, OfARankWithoutBallsIsEmpty)
   only_ghosts.ghosts = 30;
   for (const Cloud& cloud : {nobody, only_ghosts}) {
     HalfList list;
-    CellGrid grid;
-    build(list, grid, cloud.view(), gap);
+    build(list, cloud, gap);
     EXPECT_EQ(list.owned(), 0);
     EXPECT_EQ(list.entries, 0);
   }
@@ -232,8 +226,7 @@ TEST(HalfList, MissesNoContactUntilABallHasMovedHalfTheGap)
 {
   Cloud cloud = random_cloud({600, 0.45, 0.005, 0.025}, 8);
   HalfList list;
-  CellGrid grid;
-  build(list, grid, cloud.view(), gap);
+  build(list, cloud, gap);
   const Pairs listed = pairs_of(list);
   const std::size_t touched_before = brute_force(cloud, 0.0).size();
   std::mt19937 random(9);
