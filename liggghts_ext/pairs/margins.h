@@ -58,8 +58,8 @@ class Margins {
     }
   }
 
-  /// Whether an owned ball has left its margin, or there are others than at the start; `time` [s]
-  /// later. Never with the same margins for all: the engine looks after them.
+  /// Whether, `time` [s] later, one of the owned balls has left its margin, or there are more or
+  /// fewer of them. Never with the same margins for all: the engine looks after those.
   bool outrun(const double (*position)[3], int owned, double time) const
   {
     if (!by_speed_) return false;
@@ -72,16 +72,16 @@ class Margins {
       const Vector column = rotated(unit, frame_.axis, turn);
       for (int e = 0; e < 3; ++e) row[e][d] = column[e];
     }
-    double worst = 0.0;
+    bool left = false;
     for (int i = 0; i < owned; ++i) {
       double square = 0.0;
       for (int d = 0; d < 3; ++d) {
         const double gone = position[i][d] - frame_.origin[d] - dot(row[d], start_[i]);
         square += gone * gone;
       }
-      worst = std::max(worst, square - margin_[i] * margin_[i]);
+      left |= !(square <= margin_[i] * margin_[i]);  // true of a ball that is nowhere
     }
-    return !(worst <= 0.0);
+    return left;
   }
 
   double& operator[](int i) { return margin_[i]; }

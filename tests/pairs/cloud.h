@@ -69,13 +69,20 @@ inline Cloud random_cloud(const CloudSize& size, unsigned seed)
 }
 
 /// Lists the pairs whose surfaces are within `gap` [m].
+inline void build_within(millscale::pairs::HalfList& list, millscale::pairs::CellGrid& grid,
+                         const Cloud& cloud, double gap,
+                         millscale::pairs::ListPartners list_partners)
+{
+  grid.sort(cloud.view(), gap / 2);
+  const std::vector<double> margin(cloud.all(), gap / 2);
+  millscale::pairs::build(list, grid, cloud.view(), margin.data(), list_partners);
+}
+
 inline void build_within(millscale::pairs::HalfList& list, const Cloud& cloud, double gap,
                          millscale::pairs::ListPartners list_partners)
 {
   millscale::pairs::CellGrid grid;
-  grid.sort(cloud.view(), gap / 2);
-  const std::vector<double> margin(cloud.all(), gap / 2);
-  millscale::pairs::build(list, grid, cloud.view(), margin.data(), list_partners);
+  build_within(list, grid, cloud, gap, list_partners);
 }
 
 /// Those this machine can run. Mixed kernels stand for a level's own: their `evaluate` is theirs.

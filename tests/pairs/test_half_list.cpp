@@ -185,11 +185,12 @@ TEST(HalfList, WithoutAGapHasTheBallsThatTouch)
 TEST(HalfList, BuiltAgainKnowsNothingOfTheLastScene)
 {
   HalfList list;
+  CellGrid grid;
   for (const Scene& scene : scenes()) {
-    build(list, scene.cloud, gap);
+    build_within(list, grid, scene.cloud, gap, best_kernel().list_partners);
     std::fill(list.displacement.begin(), list.displacement.end(), 1.0);
     std::fill(list.touching.begin(), list.touching.end(), 1);
-    build(list, scene.cloud, gap);
+    build_within(list, grid, scene.cloud, gap, best_kernel().list_partners);
     expect_brute_force(list, scene.cloud, gap, scene.name);
     EXPECT_EQ(list.touching, std::vector<int>(list.other.size(), 0)) << scene.name;
     EXPECT_EQ(list.displacement, std::vector<double>(3 * list.other.size(), 0.0)) << scene.name;
@@ -219,6 +220,25 @@ TEST(HalfList, OfARankWithoutBallsIsEmpty)
     build(list, cloud, gap);
     EXPECT_EQ(list.owned(), 0);
     EXPECT_EQ(list.entries, 0);
+  }
+}
+
+TEST(HalfList, HasThePairsWithinTheSumOfTheirOwnMargins)
+{
+  const Cloud cloud = random_cloud({500, 0.4, 0.005, 0.025, 1, 120}, 10);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> share(0.0, 0.01);
+  std::vector<double> margin;
+  for (int i = 0; i < cloud.all(); ++i) margin.push_back(share(random));
+  Cloud wider = cloud;
+  for (int i = 0; i < cloud.all(); ++i) wider.radius[i] += margin[i];
+  for (const Kernel& each : kernels()) {
+    HalfList list;
+    CellGrid grid;
+    grid.sort(cloud.view(), 0.01);
+    millscale::pairs::build(list, grid, cloud.view(), margin.data(), each.list_partners);
+    expect_brute_force(list, wider, 0.0, each.level);
+    EXPECT_GT(list.entries, 300);
   }
 }
 
