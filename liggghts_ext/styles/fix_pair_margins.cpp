@@ -26,6 +26,7 @@ int FixPairMargins::setmask()
 
 void FixPairMargins::init()
 {
+  margins_ = {};  // nothing to watch, should another pair style make the lists from here on
   mill_ = nullptr;
   for (int i = 0; i < modify->nfix; ++i)
     if (std::strcmp(modify->fix[i]->style, "mill/similarity") == 0)

@@ -1,6 +1,7 @@
 """pair_style gran ... surface fast: the same contacts as stock, and what it refuses."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -274,8 +275,9 @@ def test_ranks_without_balls_do_nothing(tmp_path):
     _assert_same(four, one, 1e-9)
 
 
-def _bed_that_is_checked(folder, steps, **more):
-    return run(folder, _deck(folder, "fast", "check 1", **more) + f"run {steps}\n")
+def _bed_that_is_checked(folder, steps, options="", ranks=1, **more):
+    deck = _deck(folder, "fast", f"check 1 {options}", **more)
+    return run(folder, deck + f"run {steps}\n", ranks)
 
 
 def test_no_contact_is_missed(tmp_path):
@@ -289,12 +291,47 @@ def test_no_contact_is_missed_in_a_million_steps(tmp_path):
     assert result.code == 0, result.text[-600:]
 
 
+SELDOM = "neigh_modify delay 0 every 200 check no\n"  # the engine makes lists too seldom
+
+
 def test_a_list_that_is_too_old_is_told(tmp_path):
-    result = _bed_that_is_checked(
-        tmp_path, 3000, skin=0.001, edit="neigh_modify delay 0 every 200 check no\n"
-    )
+    # Lists for stock memories are the engine's to ask for.
+    result = _bed_that_is_checked(tmp_path, 3000, MEMORY_STOCK, skin=0.001, edit=SELDOM)
     assert result.code != 0
     assert "are no pair of the neighbour list" in result.error
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_list_is_asked_for_when_a_ball_has_left_its_margin(tmp_path, ranks):
+    edit = SIZES_AND_MATERIALS + SELDOM
+    result = _bed_that_is_checked(tmp_path, 3000, skin=0.001, edit=edit, ranks=ranks)
+    assert result.code == 0, result.text[-600:]
+    lists = re.search(r"Neighbor list builds = (\d+)", result.text)
+    assert int(lists[1]) > 2 * 3000 / 200
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_no_contact_across_a_border_is_missed(tmp_path, ranks):
+    # Pairs of balls that fly at each other over the end of the box, as fast as each other, from
+    # different distances: each side must know how far the other's ghost may go.
+    length, speed = 0.6, 2.0
+    apart = (0.05 + 0.0037 * np.arange(16)).tolist()
+    places = itertools.product([0.05, 0.15, 0.25, 0.35], repeat=2)
+    ends = [(x, y, z) for gap, (x, z) in zip(apart, places, strict=True) for y in (gap, -gap)]
+    balls = "".join(
+        f"create_atoms 1 single {x!r} {y / 2 % length!r} {z!r} units box\n" for x, y, z in ends
+    )
+    deck = (
+        HEAD
+        + f"region box block 0 0.4 0 {length!r} 0 0.4 units box\ncreate_box 2 box\n"
+        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=2e-5)
+        + balls
+        + "set type 1 diameter 0.04 density 2678\n"
+        + f'variable to_the_end atom "{speed!r} * (2 * (y > {length / 2!r}) - 1)"\n'
+        + "velocity all set 0 v_to_the_end 0\nfix integrate all nve/sphere\n"
+    )
+    result = run(tmp_path, with_contacts(deck, "fast", "check 1") + "run 2000\n", ranks)
+    assert result.code == 0, result.text[-600:]
 
 
 WRONG_WORDS = [
