@@ -20,14 +20,15 @@ from typing import Any
 
 Document = Mapping[str, Any]
 
-# Time of a ball and step without ghost balls [s], one core of an AMD EPYC (family 25 model 1),
-# by contacts and wall: 202, 443 and 568 ns of docs/performance.md over the 1.24 of that scene's
-# ghost balls; fast contacts on a mesh: 92 ns more, its table "The wall".
+# Time of a ball and step without ghost balls [s], one core of an AMD EPYC (family 25 model 1), by
+# contacts and wall, 13,370 balls: 177 ns of our contacts (docs/results/cost-against-size.json) over
+# the 1.26 of that scene's ghost balls, 443 and 568 of stock ones on the analytic wall and a mesh
+# (liner-wall.json) over 1.24; our contacts on a mesh: 92 ns more, its table "The wall".
 BALL_STEP = {
-    ("fast", "analytic"): 163e-9,
+    ("fast", "analytic"): 142e-9,
     ("default", "analytic"): 357e-9,
     ("default", "mesh"): 458e-9,
-    ("fast", "mesh"): 237e-9,
+    ("fast", "mesh"): 216e-9,
 }
 IN_CACHE = 13_370
 GROWTH = {"fast": 0.35, "default": 0.17}
