@@ -31,9 +31,9 @@ class Margins {
     by_speed_ = false;
   }
 
-  /// Of the owned balls, what the fastest ball of those around, in the cells of the grid, travels in
-  /// `time` [s], and no more than `most` [m]: a ball at rest goes as far when it is hit. Those of
-  /// ghosts are their owners' to tell.
+  /// Of an owned ball, what the fastest ball around it travels in `time` [s], but `most` [m] at the
+  /// most: a ball at rest goes as far when it is hit. Around: in the cells of the grid, which is
+  /// sorted with these balls. Margins of ghosts are their owners' to tell.
   void set_by_speed(const Balls& balls, CellGrid& grid, const TurningFrame& frame, double most,
                     double time)
   {
