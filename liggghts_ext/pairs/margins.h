@@ -84,6 +84,8 @@ class Margins {
     return left;
   }
 
+  /// Whether `outrun` must be asked at every step.
+  bool by_speed() const { return by_speed_; }
   double& operator[](int i) { return margin_[i]; }
   const double* of_balls() const { return margin_.data(); }
 

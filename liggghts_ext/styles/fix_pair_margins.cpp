@@ -59,6 +59,7 @@ const double* FixPairMargins::at_birth(const pairs::Balls& balls, pairs::CellGri
 
 void FixPairMargins::post_integrate()
 {
+  if (!margins_.by_speed()) return;  // so for all ranks
   const auto* x = reinterpret_cast<const double(*)[3]>(atom->x ? atom->x[0] : nullptr);
   const double time = static_cast<double>(update->ntimestep - birth_) * update->dt;
   int outrun = margins_.outrun(x, atom->nlocal, time);
