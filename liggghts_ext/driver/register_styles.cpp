@@ -23,6 +23,7 @@
 #include "fix_mill_restart.h"
 #include "fix_mill_similarity.h"
 #include "fix_pair_margins.h"
+#include "fix_pair_memories.h"
 #include "fix_wall_mill.h"
 #include "lammps.h"
 #include "modify.h"
@@ -72,6 +73,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
   fixes[LAMMPS_NS::FixPairMargins::style_name] = &create_fix<LAMMPS_NS::FixPairMargins>;
+  fixes["contacthistory"] = &create_fix<LAMMPS_NS::FixPairMemories>;  // in the engine's place
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
   fixes["mill/ledger"] = &create_fix<LAMMPS_NS::FixMillLedger>;

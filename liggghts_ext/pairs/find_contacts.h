@@ -99,7 +99,7 @@ constexpr int most_lanes = 8;
 /// Contacts found: entries of the list. What the second block needs of the memory is on its way
 /// while the first is evaluated.
 struct Found {
-  static constexpr int block = 32;
+  static constexpr int block = 8;
   int entry[2 * block + most_lanes + width];
   int count = 0;
 };
@@ -284,8 +284,10 @@ inline void evaluate_list(const Task& task, const Fetch& fetch, const Forces& fo
   for (int entry = 0; entry < task.entries; entry += width) {
     find(task, entry, task.entries - entry, found);
     if (found.count < 2 * block) continue;
-    for (int k = block; k < 2 * block; ++k) fetch(found.entry[k]);
-    for (int k = 0; k < block; k += lanes) evaluate(found.entry + k, lanes);
+    for (int k = 0; k < block; k += lanes) {  // in turns: the memory takes few requests at once
+      for (int lane = 0; lane < lanes; ++lane) fetch(found.entry[block + k + lane]);
+      evaluate(found.entry + k, lanes);
+    }
     found.count -= block;
     for (int k = 0; k < block + width; ++k) found.entry[k] = found.entry[block + k];
   }

@@ -4,16 +4,17 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <vector>
 
 #include "pairs/cells.h"
 
 namespace millscale::pairs {
 
-/// Pairs of balls that are close, each once: owned ball i with every later ball j, owned or ghost.
-/// The pairs of ball i are entries first[i] .. first[i] + partners[i]. Balls that are neighbours in
-/// space are neighbours in the list. Beyond the last entry there are `spare_entries` more to be
-/// read, not to be used.
+/// Pairs of balls that are close, each once: owned ball i with other balls j, owned or ghost. The
+/// pairs of ball i are entries first[i] .. first[i] + partners[i]; which of two owned balls has a
+/// pair follows from where they are. Balls that are neighbours in space are neighbours in the list.
+/// Beyond the last entry there are `spare_entries` more to be read, not to be used.
 struct HalfList {
   int entries = 0;
   std::vector<int> first, partners;
@@ -38,11 +39,14 @@ class CellGrid {
     lay_out(balls, 2.0 * (largest + margin));
     cell_of_.resize(balls.all);
     start_.assign(static_cast<std::size_t>(cells_[0]) * cells_[1] * cells_[2] + 1, 0);
+    ghosts_.assign(start_.size(), 0);
     for (int i = 0; i < balls.all; ++i) {
       cell_of_[i] = cell(balls.position[i]);
       ++start_[cell_of_[i] + 1];
+      ghosts_[cell_of_[i] + 1] += i >= balls.owned;
     }
-    for (std::size_t c = 1; c < start_.size(); ++c) start_[c] += start_[c - 1];
+    for (auto* count : {&start_, &ghosts_})
+      std::partial_sum(count->begin(), count->end(), count->begin());
     next_.assign(start_.begin(), start_.end() - 1);
     // Four may be read where one is left.
     for (auto& numbers : sorted_) numbers.resize(balls.all + fours);
@@ -64,9 +68,9 @@ class CellGrid {
 
   int cells() const { return static_cast<int>(start_.size()) - 1; }
 
-  /// Balls of a cell.
+  /// Owned balls of a cell.
   const int* begin(int cell) const { return index_.data() + start_[cell]; }
-  const int* end(int cell) const { return index_.data() + start_[cell + 1]; }
+  const int* end(int cell) const { return index_.data() + first_ghost(cell); }
 
   /// Of each ball the largest of these numbers, none negative, among the balls of its own and the
   /// 26 cells around.
@@ -83,29 +87,21 @@ class CellGrid {
     for (std::size_t i = 0; i < cell_of_.size(); ++i) of_ball[i] = largest_[cell_of_[i]];
   }
 
-  /// Copies the balls of an inner cell and those around it side by side, good until the next call.
+  /// Copies side by side, good until the next call: first the owned balls of an inner cell, then
+  /// those that may be their partners. Of two cells the later one's balls are the earlier one's
+  /// candidates; ghosts are candidates of both, for they have none.
   Candidates around(int cell)
   {
-    int count = 0;
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy) {
-        // Three cells of a row lie side by side.
-        const int row = cell + cells_[0] * (dy + cells_[1] * dz);
-        const int first = start_[row - 1], balls = start_[row + 2] - first;
-        const std::size_t needed = count + balls + fours;
-        if (near_index_.size() < needed) {
-          for (auto& numbers : near_) numbers.resize(2 * needed);
-          near_index_.resize(2 * needed);
-        }
-        // Rows are short: whole fours, in place of a call for each.
-        for (int k = 0; k < balls; k += fours) {
-          for (int d = 0; d < 4; ++d) copy_four(&sorted_[d][first + k], &near_[d][count + k]);
-          copy_four(&index_[first + k], &near_index_[count + k]);
-        }
-        count += balls;
-      }
+    near_count_ = 0;
+    const int row = cells_[0], layer = cells_[0] * cells_[1];
+    copy(start_[cell], start_[cell + 2]);
+    for (const int later : {row, layer - row, layer, layer + row})
+      copy(start_[cell + later - 1], start_[cell + later + 2]);
+    copy_ghosts(cell - 1, cell);
+    for (const int earlier : {row, layer - row, layer, layer + row})
+      copy_ghosts(cell - earlier - 1, cell - earlier + 2);
     return {near_[0].data(), near_[1].data(),    near_[2].data(),
-            near_[3].data(), near_index_.data(), count};
+            near_[3].data(), near_index_.data(), near_count_};
   }
 
  private:
@@ -113,6 +109,32 @@ class CellGrid {
   static void copy_four(const Number* from, Number* to)
   {
     std::memcpy(to, from, 4 * sizeof(Number));
+  }
+
+  /// Balls are sorted into a cell in their order, so ghosts come last.
+  int first_ghost(int cell) const { return start_[cell + 1] - (ghosts_[cell + 1] - ghosts_[cell]); }
+
+  /// The sorted balls from one to before another.
+  void copy(int first, int end)
+  {
+    const std::size_t needed = near_count_ + (end - first) + fours;
+    if (near_index_.size() < needed) {
+      for (auto& numbers : near_) numbers.resize(2 * needed);
+      near_index_.resize(2 * needed);
+    }
+    // Rows are short: whole fours, in place of a call for each.
+    for (int from = first, to = near_count_; from < end; from += fours, to += fours) {
+      for (int d = 0; d < 4; ++d) copy_four(&sorted_[d][from], &near_[d][to]);
+      copy_four(&index_[from], &near_index_[to]);
+    }
+    near_count_ += end - first;
+  }
+
+  /// Of cells side by side.
+  void copy_ghosts(int first, int end)
+  {
+    if (ghosts_[end] == ghosts_[first]) return;
+    for (int cell = first; cell < end; ++cell) copy(first_ghost(cell), start_[cell + 1]);
   }
 
   void lay_out(const Balls& balls, double reach)
@@ -149,10 +171,12 @@ class CellGrid {
 
   double low_[3], inverse_edge_ = 1.0;
   int cells_[3];
-  std::vector<int> cell_of_, start_, next_;
+  std::vector<int> cell_of_, next_;
+  std::vector<int> start_, ghosts_;          ///< balls, ghosts in all cells before each
   std::vector<double> sorted_[4], near_[4];  ///< x, y, z, radius and margin
   std::vector<double> largest_, along_;
   std::vector<int> index_, near_index_;
+  int near_count_ = 0;
 };
 
 /// Lists the pairs whose surfaces are within the sum of both balls' margins [m]; memories are zero,
@@ -165,12 +189,11 @@ inline void build(HalfList& list, CellGrid& grid, const Balls& balls, const doub
   list.partners.resize(balls.owned);
   std::size_t count = 0;
   for (int cell = 0; cell < grid.cells(); ++cell) {
-    if (std::none_of(grid.begin(cell), grid.end(cell), [&](int i) { return i < balls.owned; }))
-      continue;
-    const Candidates candidates = grid.around(cell);
+    if (grid.begin(cell) == grid.end(cell)) continue;
+    Candidates candidates = grid.around(cell);
     for (const int* ball = grid.begin(cell); ball != grid.end(cell); ++ball) {
       const int i = *ball;
-      if (i >= balls.owned) continue;
+      candidates.leave_out_first();
       const std::size_t needed = count + candidates.count + 2 * CellGrid::fours;
       if (list.other.size() < needed) {
         list.own.resize(2 * needed);
@@ -179,7 +202,7 @@ inline void build(HalfList& list, CellGrid& grid, const Balls& balls, const doub
       int* const begin = list.other.data() + count;
       const double* x = balls.position[i];
       const int* end =
-          list_partners(candidates, i, {x[0], x[1], x[2], balls.radius[i] + margin[i]}, begin);
+          list_partners(candidates, {x[0], x[1], x[2], balls.radius[i] + margin[i]}, begin);
       list.first[i] = static_cast<int>(count);
       list.partners[i] = static_cast<int>(end - begin);
       std::fill_n(list.own.data() + count, list.partners[i], i);

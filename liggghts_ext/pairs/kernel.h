@@ -38,17 +38,17 @@ namespace v2 {
 void evaluate(const Task&);
 /// The same, and what the contacts do with the energy: for `fix mill/ledger`.
 void evaluate(const Task&, ledger::PairSums&);
-int* list_partners(const Candidates&, int i, Centre, int* out);
+int* list_partners(const Candidates&, Centre, int* out);
 }  // namespace v2
 namespace v3 {
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
-int* list_partners(const Candidates&, int i, Centre, int* out);
+int* list_partners(const Candidates&, Centre, int* out);
 }  // namespace v3
 namespace v4 {
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
-int* list_partners(const Candidates&, int i, Centre, int* out);
+int* list_partners(const Candidates&, Centre, int* out);
 }  // namespace v4
 
 struct Kernel {

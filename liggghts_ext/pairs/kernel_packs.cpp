@@ -130,7 +130,7 @@ void unload(const Task& task)
 
 }  // namespace
 
-int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
+int* list_partners(const Candidates& candidates, Centre ball, int* out)
 {
   for (int k = 0; k < candidates.count; k += width) {
     const Pack x = Pack(ball.x) - four(candidates.x + k), y = Pack(ball.y) - four(candidates.y + k);
@@ -139,9 +139,9 @@ int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
     const int near = bits(radii * radii > x * x + y * y + z * z);
     const Ints index = load<Ints>(candidates.index + k);
     const int left = candidates.count - k, own = left < width ? (1 << left) - 1 : 15;
-    const int later = near & own & bits(Ints(index > i) & 1);
-    store(out, __builtin_shuffle(index, chosen[later].order));
-    out += __builtin_popcount(later);
+    const int listed = near & own;
+    store(out, __builtin_shuffle(index, chosen[listed].order));
+    out += __builtin_popcount(listed);
   }
   return out;
 }

@@ -129,13 +129,13 @@ void evaluate(const Task& task, ledger::PairSums& sums)
   evaluate_all(task, Sums{sums});
 }
 
-int* list_partners(const Candidates& candidates, int i, Centre ball, int* out)
+int* list_partners(const Candidates& candidates, Centre ball, int* out)
 {
   for (int k = 0; k < candidates.count; ++k) {
     const double x = ball.x - candidates.x[k], y = ball.y - candidates.y[k],
                  z = ball.z - candidates.z[k], radii = ball.radius + candidates.radius[k];
     *out = candidates.index[k];  // kept only if it counts: no branch to mispredict
-    out += (x * x + y * y + z * z < radii * radii) & (candidates.index[k] > i);
+    out += x * x + y * y + z * z < radii * radii;
   }
   return out;
 }

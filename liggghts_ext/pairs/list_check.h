@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "pairs/half_list.h"
@@ -20,8 +21,7 @@ namespace detail {
 
 inline std::optional<MissedContact> missed(const HalfList& list, const Balls& balls, int i, int j)
 {
-  if (i > j) std::swap(i, j);
-  if (i >= balls.owned) return std::nullopt;  // two ghosts: another rank's
+  if (std::min(i, j) >= balls.owned) return std::nullopt;  // two ghosts: another rank's
   double square = 0.0;
   for (int d = 0; d < 3; ++d) {
     const double apart = balls.position[i][d] - balls.position[j][d];
@@ -30,12 +30,16 @@ inline std::optional<MissedContact> missed(const HalfList& list, const Balls& ba
   const double radii = balls.radius[i] + balls.radius[j];
   const double overlap = radii - std::sqrt(square);
   if (!(overlap > 1e-12 * radii)) return std::nullopt;  // rounding may say either
-  const int* begin = list.other.data() + list.first[i];
-  const int* end = begin + list.partners[i];
-  const int* found = std::find(begin, end, j);
-  if (found == end) return MissedContact{i, j, overlap, false};
-  if (list.touching[found - list.other.data()]) return std::nullopt;
-  return MissedContact{i, j, overlap, true};
+  for (const auto& [a, b] : {std::pair{i, j}, std::pair{j, i}}) {
+    if (a >= balls.owned) continue;
+    const int* begin = list.other.data() + list.first[a];
+    const int* end = begin + list.partners[a];
+    const int* found = std::find(begin, end, b);
+    if (found == end) continue;
+    if (list.touching[found - list.other.data()]) return std::nullopt;
+    return MissedContact{i, j, overlap, true};
+  }
+  return MissedContact{i, j, overlap, false};
 }
 
 }  // namespace detail

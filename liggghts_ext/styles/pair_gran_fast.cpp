@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -15,9 +14,9 @@
 #include "end_run.h"
 #include "error.h"
 #include "fix_contact_damping.h"
-#include "fix_contact_history.h"
 #include "fix_mill_ledger.h"
 #include "fix_pair_margins.h"
+#include "fix_pair_memories.h"
 #include "force.h"
 #include "modify.h"
 #include "neigh_request.h"
@@ -39,17 +38,6 @@ namespace models = LIGGGHTS::ContactModels;
 constexpr int surface_fast = 62;  // of 64; the engine's own surface models are below 10
 constexpr const char* tangential_models[] = {"off", "no_history", "history"};
 constexpr const char* style_name = "pair_style gran ... surface fast";
-
-bool touch(const pairs::Balls& balls, int i, int j)
-{
-  double square = 0.0;
-  for (int d = 0; d < 3; ++d) {
-    const double apart = balls.position[i][d] - balls.position[j][d];
-    square += apart * apart;
-  }
-  const double radii = balls.radius[i] + balls.radius[j];
-  return square < radii * radii;
-}
 
 /// Of hertz with a tangential model and with or without constant directional torque.
 int64_t hash_of(const char* tangential, bool rolling)
@@ -96,12 +84,7 @@ void PairGranFast::add_to_engine()
 }
 
 PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
-    : Pointers(engine),
-      pair_(pair),
-      hash_(hash),
-      kernel_(pairs::best_kernel()),
-      shown_(engine),
-      shown_history_(engine)
+    : Pointers(engine), pair_(pair), hash_(hash), kernel_(pairs::best_kernel())
 {
   for (const char* tangential : tangential_models)
     for (const bool rolling : {false, true})
@@ -110,15 +93,6 @@ PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
         terms_.history = tangential_ == "history";
         terms_.rolling = rolling;
       }
-}
-
-PairGranFast::~PairGranFast()
-{
-  for (NeighList* list : {&shown_, &shown_history_}) {  // their arrays are ours
-    list->ilist = list->numneigh = nullptr;
-    list->firstneigh = nullptr;
-    list->firstdouble = nullptr;
-  }
 }
 
 void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup* history)
@@ -182,6 +156,7 @@ void PairGranFast::init_granular()
   damping_ = terms_.bounded ? own_fix<FixContactDamping>("contact_damping") : nullptr;
   margins_ = own_fix<FixPairMargins>("pair_margins");
   ledger_ = FixMillLedger::of(modify);
+  memories_ = static_cast<FixPairMemories*>(pair_->get_fix_history());  // so for all, by its style
   laws_.clear();
   try {
     const auto laws = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
@@ -266,13 +241,14 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
   }
   const pairs::Balls now = balls();
   const pairs::Rows rows = rows_.rows();
+  pairs::HalfList& list = memories_->list();
   const pairs::Task task{now,
                          &rows,
-                         list_.entries,
-                         list_.own.data(),
-                         list_.other.data(),
-                         list_.touching.data(),
-                         list_.displacement.data(),
+                         list.entries,
+                         list.own.data(),
+                         list.other.data(),
+                         list.touching.data(),
+                         list.displacement.data(),
                          laws_.data(),
                          atom->ntypes,
                          only_type_,
@@ -292,7 +268,7 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
 
 void PairGranFast::check_list()
 {
-  const auto missed = pairs::missed_contact(list_, balls());
+  const auto missed = pairs::missed_contact(memories_->list(), balls());
   if (!missed) return;
   const std::string pair =
       std::to_string(atom->tag[missed->i]) + " and " + std::to_string(atom->tag[missed->j]);
@@ -313,12 +289,12 @@ void PairGranFast::build_list()
   only_type_ = now.all > 0 ? now.type[0] : 0;
   if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
     only_type_ = 0;
-  pairs::build(list_, grid_, now, margins_->at_birth(now, grid_, by_places()),
+  pairs::HalfList& list = memories_->next_list();
+  pairs::build(list, grid_, now, margins_->at_birth(now, grid_, by_places()),
                kernel_.list_partners);
   rows_.for_balls(now.all, mixed_ && !ledger_);
-  recall_memories();
-  if (ledger_) ledger_->between_balls().begin_list(list_.touching.data(), list_.entries);
-  show_list_to_engine();
+  memories_->take_on(now, pair_);
+  if (ledger_) ledger_->between_balls().begin_list(list.touching.data(), list.entries);
 }
 
 /// A run that goes on from a restart file must have the lists of the one that wrote it, but speeds
@@ -327,55 +303,6 @@ bool PairGranFast::by_places() const
 {
   return update->setupflag || output->restart_requested(update->ntimestep) || !forget_apart_ ||
          domain->box_change;
-}
-
-/// Contacts keep their memory from list to list by the tags of their balls.
-void PairGranFast::recall_memories()
-{
-  FixContactHistory* history = pair_->get_fix_history();
-  const pairs::Balls now = balls();
-  for (int i = 0; i < now.owned; ++i) {
-    const int partners = history->n_partner(i);
-    if (partners == 0) continue;
-    for (int k = 0; k < list_.partners[i]; ++k) {
-      const int entry = list_.first[i] + k;
-      const int j = list_.other[entry], tag = atom->tag[j];
-      for (int p = 0; p < partners; ++p)
-        if (history->partner(i, p) == tag) {
-          if (!touch(now, i, j)) break;
-          list_.touching[entry] = 1;
-          std::copy_n(history->contacthistory(i, p), 3, &list_.displacement[3 * entry]);
-          break;
-        }
-    }
-  }
-}
-
-void PairGranFast::show_list_to_engine()
-{
-  const int owned = list_.owned();
-  owned_.resize(owned);
-  std::iota(owned_.begin(), owned_.end(), 0);
-  first_other_.resize(owned);
-  first_touching_.resize(owned);
-  first_displacement_.resize(owned);
-  for (int i = 0; i < owned; ++i) {
-    const int first = list_.first[i];
-    first_other_[i] = list_.other.data() + first;
-    first_touching_[i] = list_.touching.data() + first;
-    first_displacement_[i] = list_.displacement.data() + 3 * static_cast<std::size_t>(first);
-  }
-  for (NeighList* list : {&shown_, &shown_history_}) {
-    list->inum = owned;
-    list->ilist = owned_.data();
-    list->numneigh = list_.partners.data();
-  }
-  shown_.firstneigh = first_other_.data();
-  shown_.listgranhistory = &shown_history_;
-  shown_history_.firstneigh = first_touching_.data();
-  shown_history_.firstdouble = first_displacement_.data();
-  pair_->list = &shown_;
-  pair_->listgranhistory = &shown_history_;
 }
 
 void PairGranFast::write_restart_settings(FILE* file)

@@ -1,12 +1,10 @@
 #ifndef LMP_PAIR_GRAN_FAST_H
 #define LMP_PAIR_GRAN_FAST_H
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "granular_pair_style.h"
-#include "neigh_list.h"
 #include "pairs/half_list.h"
 #include "pairs/kernel.h"
 #include "pointers.h"
@@ -21,7 +19,6 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   static void add_to_engine();
 
   PairGranFast(class LAMMPS*, class PairGran*, int64_t hash);
-  ~PairGranFast() override;
 
   void settings(int, char**, LIGGGHTS::IContactHistorySetup*) override;
   void init_granular() override;
@@ -42,9 +39,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   Style* own_fix(const char* id);
   bool by_places() const;
   void build_list();
-  void recall_memories();
   void check_list();
-  void show_list_to_engine();
   millscale::pairs::Balls balls() const;
 
   class PairGran* pair_;
@@ -53,23 +48,16 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   millscale::contact::BallTerms terms_;
   class FixContactDamping* damping_ = nullptr;
   class FixPairMargins* margins_ = nullptr;
+  class FixPairMemories* memories_ = nullptr;
   class FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
   bool forget_apart_ = true;
   bool mixed_ = false;
   int check_every_ = 0;  ///< steps from search to search for missed contacts; 0: never
   millscale::pairs::Kernel kernel_;
   std::vector<millscale::contact::BallLaw<double>> laws_;
-  millscale::pairs::HalfList list_;
   millscale::pairs::RowStore rows_;
   millscale::pairs::CellGrid grid_;
   int only_type_ = 0;
-
-  /// The list in the engine's form, so that its contact history, restart files and computes read
-  /// it as their own.
-  NeighList shown_, shown_history_;
-  std::vector<int> owned_;
-  std::vector<int*> first_other_, first_touching_;
-  std::vector<double*> first_displacement_;
 };
 
 }  // namespace LAMMPS_NS

@@ -6,128 +6,69 @@ import re
 import numpy as np
 import pytest
 
+from bed import (
+    BALLS,
+    MEMORY_STOCK,
+    SIZES_AND_MATERIALS,
+    again_deck,
+    assert_same,
+    bed_deck,
+    differ,
+    run_bed,
+)
 from scene import (
     HEAD,
     MATERIAL,
-    SLICE,
     STOCK_CONTACTS,
-    analytic_wall,
-    loose_bed,
-    mesh_wall,
-    mill_deck,
-    read_dump,
     run,
-    wall_and_drive,
     with_contacts,
 )
-
-S = 2.6
-RADIUS = 3.9 / S
-DT = 5e-5
-BALLS = loose_bed(RADIUS, 100, SLICE, seed=5)
-FIELDS = ("x y z", "vx vy vz", "omegax omegay omegaz", "fx fy fz", "tqx tqy tqz")
-MEMORY_STOCK = "memory stock"
-# Half the balls smaller, down to a quarter, and a third of the wall's material.
-SIZES_AND_MATERIALS = (
-    "".join(
-        f"set atom {k + 1} diameter {d!r} density 2678\n"
-        for k, d in enumerate(np.linspace(0.01, 0.04, 50).tolist())
-    )
-    + "set atom 1*33 type 2\n"
-)
-
-
-def _deck(
-    folder, contacts, options="", *, balls=BALLS, wall="analytic", skin=0.02, edit="", **more
-):
-    folder.mkdir(exist_ok=True)
-    deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall, **more)
-    deck = deck.replace("neighbor        0.02 bin", f"neighbor        {skin!r} bin")
-    return with_contacts(deck, contacts, options) + edit
-
-
-def _run(folder, deck, steps, ranks=1):
-    """State after the steps, one (n, 3) array for each of FIELDS, in the order of ids."""
-    columns = " ".join(FIELDS)
-    form = "%d" + " %.17g" * len(columns.split())
-    deck += (
-        f"dump end all custom {max(steps, 1)} end.dump id {columns}\n"
-        f'dump_modify end format "{form}"\nrun {steps}\n'
-    )
-    result = run(folder, deck, ranks)
-    assert result.code == 0, result.text[-600:]
-    dump = read_dump(folder / "end.dump")
-    return {names: np.column_stack([dump[name] for name in names.split()]) for names in FIELDS}
-
-
-def _assert_same(got, expected, tolerance):
-    """Every field to a share of its largest value."""
-    for names in FIELDS:
-        largest = np.abs(expected[names]).max()
-        np.testing.assert_allclose(
-            got[names], expected[names], rtol=0.0, atol=tolerance * largest, err_msg=names
-        )
-
-
-def _differ(a, b):
-    """Largest difference of a field, as a share of the field's largest value."""
-    return max(np.abs(a[n] - b[n]).max() / np.abs(b[n]).max() for n in FIELDS)
-
-
-def _again(contacts, options, deck):
-    """The deck that goes on from half.restart."""
-    words = deck.split()
-    wall = analytic_wall(S)
-    if "curvature" in words:
-        wall = mesh_wall(float(words[words.index("curvature") + 1]))
-    material = MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
-    drive = wall_and_drive(S, "constant-gravity", wall, "now", "")
-    again = f"{HEAD}read_restart half.restart\n{material}{drive}"
-    return with_contacts(again, contacts, options)
 
 
 @pytest.mark.parametrize("wall", ["analytic", "mesh"])
 @pytest.mark.parametrize("edit", ["", SIZES_AND_MATERIALS], ids=["equal", "sizes and materials"])
 @pytest.mark.parametrize("steps", [0, 1])
 def test_forces_and_torques_from_one_restart_are_those_of_stock(tmp_path, steps, edit, wall):
-    deck = _deck(tmp_path, "stock", wall=wall, edit=edit)
+    deck = bed_deck(tmp_path, "stock", wall=wall, edit=edit)
     made = run(tmp_path, deck + "run 900\nwrite_restart half.restart\n")
     assert made.code == 0, made.text[-600:]
     states = []
     for contacts, options in (("stock", ""), ("fast", MEMORY_STOCK)):
-        again = _again(contacts, options, deck)
+        again = again_deck(contacts, options, deck)
         if steps == 0:  # the forces of set-up, which this fix would replace by those it carried
             again = again.replace("fix forces all mill/forces\n", "")
-        states.append(_run(tmp_path, again, steps))
+        states.append(run_bed(tmp_path, again, steps))
     stock, fast = states
     np.testing.assert_array_equal(fast["x y z"], stock["x y z"])
     assert np.abs(stock["fx fy fz"]).max() > 1.0
     assert np.abs(stock["tqx tqy tqz"]).max() > 1e-3
     # Rounding of 1e-16, of overlaps that are up to a thousand times smaller than the distance.
-    _assert_same(fast, stock, 1e-12)
+    assert_same(fast, stock, 1e-12)
 
 
 @pytest.mark.parametrize("edit", ["", SIZES_AND_MATERIALS], ids=["equal", "sizes and materials"])
 def test_mixed_precision_rounds_forces_and_no_more(tmp_path, edit):
-    deck = _deck(tmp_path, "fast", edit=edit)
+    deck = bed_deck(tmp_path, "fast", edit=edit)
     made = run(tmp_path, deck + "run 900\nwrite_restart half.restart\n")
     assert made.code == 0, made.text[-600:]
     double, mixed = (
-        _run(tmp_path, _again("fast", options, deck), 1) for options in ("", "precision mixed")
+        run_bed(tmp_path, again_deck("fast", options, deck), 1)
+        for options in ("", "precision mixed")
     )
     np.testing.assert_array_equal(mixed["x y z"], double["x y z"])
     # Numbers of single precision, 6e-8, some twenty on each other in the force of a contact; that
     # of a ball in a bed is what some four contacts, each as large, leave of each other.
-    _assert_same(mixed, double, 4 * 20 * 6e-8)
-    assert _differ(mixed, double) > 1e-9  # it was another kernel
+    assert_same(mixed, double, 4 * 20 * 6e-8)
+    assert differ(mixed, double) > 1e-9  # it was another kernel
 
 
 def test_mixed_precision_does_not_depend_on_ranks(tmp_path):
     # Other ranks sum a ball's forces in another order. 50 steps leave rounding near its size.
     one, two = (
-        _run(tmp_path, _deck(tmp_path, "fast", "precision mixed"), 50, ranks) for ranks in (1, 2)
+        run_bed(tmp_path, bed_deck(tmp_path, "fast", "precision mixed"), 50, ranks)
+        for ranks in (1, 2)
     )
-    _assert_same(two, one, 1e-5)
+    assert_same(two, one, 1e-5)
 
 
 @pytest.mark.parametrize("wall", ["analytic", "mesh"])
@@ -135,20 +76,20 @@ def test_mixed_precision_does_not_depend_on_ranks(tmp_path):
 def test_a_thousand_steps_are_those_of_stock(tmp_path, edit, wall):
     # A bed that collapses is chaotic: rounding of 1e-16 grows by 10^3 to 10^6 in these 0.05 s, so
     # 1e-8 leaves a hundredfold. Three times as many steps would need a tolerance of the order of 1.
-    stock = _run(tmp_path, _deck(tmp_path, "stock", wall=wall, edit=edit), 1000)
-    fast = _run(tmp_path, _deck(tmp_path, "fast", MEMORY_STOCK, wall=wall, edit=edit), 1000)
-    _assert_same(fast, stock, 1e-8)
+    stock = run_bed(tmp_path, bed_deck(tmp_path, "stock", wall=wall, edit=edit), 1000)
+    fast = run_bed(tmp_path, bed_deck(tmp_path, "fast", MEMORY_STOCK, wall=wall, edit=edit), 1000)
+    assert_same(fast, stock, 1e-8)
     assert np.abs(stock["x y z"] - BALLS).max() > 2e-3  # it did collapse
 
 
 def test_memory_of_contact_is_stock_with_a_list_at_every_step(tmp_path):
     # Stock forgets a contact that parted at its next neighbour list: here at once.
     every = "neigh_modify delay 0 every 1 check no\n"
-    stock = _run(tmp_path, _deck(tmp_path, "stock", edit=every), 1400)
-    fast = _run(tmp_path, _deck(tmp_path, "fast"), 1400)
-    _assert_same(fast, stock, 1e-8)
-    stale = _run(tmp_path, _deck(tmp_path, "fast", MEMORY_STOCK), 1400)
-    assert _differ(stale, stock) > 1e-3  # contacts did part and meet again between two lists
+    stock = run_bed(tmp_path, bed_deck(tmp_path, "stock", edit=every), 1400)
+    fast = run_bed(tmp_path, bed_deck(tmp_path, "fast"), 1400)
+    assert_same(fast, stock, 1e-8)
+    stale = run_bed(tmp_path, bed_deck(tmp_path, "fast", MEMORY_STOCK), 1400)
+    assert differ(stale, stock) > 1e-3  # contacts did part and meet again between two lists
 
 
 @pytest.mark.parametrize("options", ["", MEMORY_STOCK])
@@ -161,14 +102,14 @@ def test_what_is_left_out_is_what_stock_leaves_out(tmp_path, options):
     ):
         states = []
         for contacts in ("stock", "fast"):
-            deck = _deck(tmp_path, "stock")
+            deck = bed_deck(tmp_path, "stock")
             terms, damping, off = words.partition(" tangential_damping")
             surface = f" surface fast {options}" if contacts == "fast" else ""
             line = f"pair_style gran {terms}{surface}{damping}{off}"
             # Short enough that no contact parts and meets again.
-            states.append(_run(tmp_path, deck.replace(STOCK_CONTACTS, line), 300))
+            states.append(run_bed(tmp_path, deck.replace(STOCK_CONTACTS, line), 300))
         # cdt has the direction of a spin, however small and close to rounding that is.
-        _assert_same(*states, 1e-8)
+        assert_same(*states, 1e-8)
 
 
 def test_bounded_damping_goes_over_into_damping_as_the_step_shrinks(tmp_path):
@@ -179,7 +120,7 @@ def test_bounded_damping_goes_over_into_damping_as_the_step_shrinks(tmp_path):
         for damping in ("on", "bounded"):
             deck = _two_balls(0.5, 4e-6 / shorter, f"tangential_damping {damping}")
             deck += "set atom 1 vz 0.2\n"
-            spins.append(_run(tmp_path, deck, 1250 * shorter)["omegax omegay omegaz"])
+            spins.append(run_bed(tmp_path, deck, 1250 * shorter)["omegax omegay omegaz"])
         differences.append(np.abs(spins[1] - spins[0]).max() / np.abs(spins[0]).max())
     assert differences[0] > 1e-5
     for coarse, fine in itertools.pairwise(differences):
@@ -188,13 +129,13 @@ def test_bounded_damping_goes_over_into_damping_as_the_step_shrinks(tmp_path):
 
 @pytest.mark.parametrize("level", [2, 3, 4])
 def test_a_kernel_of_choice_gives_the_same_motion_or_says_it_cannot_run(tmp_path, level):
-    best = _run(tmp_path, _deck(tmp_path, "fast"), 300)
-    deck = _deck(tmp_path, "fast", f"kernel {level}")
+    best = run_bed(tmp_path, bed_deck(tmp_path, "fast"), 300)
+    deck = bed_deck(tmp_path, "fast", f"kernel {level}")
     result = run(tmp_path, deck + "run 0\n")
     if "as far as this machine has it" in result.error:
         assert level > 2
     else:
-        _assert_same(_run(tmp_path, deck, 300), best, 1e-9)
+        assert_same(run_bed(tmp_path, deck, 300), best, 1e-9)
 
 
 def _two_balls(e, dt, options="", contacts="fast"):
@@ -215,7 +156,7 @@ def _two_balls(e, dt, options="", contacts="fast"):
 def test_a_damped_collision_has_its_restitution_as_stock(tmp_path, e):
     after = []
     for contacts in ("stock", "fast"):
-        after.append(_run(tmp_path, _two_balls(e, 1e-6, contacts=contacts), 5000))
+        after.append(run_bed(tmp_path, _two_balls(e, 1e-6, contacts=contacts), 5000))
     stock, fast = (state["vx vy vz"] for state in after)
     np.testing.assert_allclose(fast, stock, rtol=1e-10, atol=1e-13)
     # First order in the step, which is a two-thousandth of the impact.
@@ -242,41 +183,41 @@ BETWEEN_RUNS = {
 def test_between_two_runs_a_deck_may_do_what_it_may_with_stock(tmp_path, edit):
     states = []
     for contacts, options in (("stock", ""), ("fast", MEMORY_STOCK)):
-        deck = _deck(tmp_path, contacts, options)
+        deck = bed_deck(tmp_path, contacts, options)
         style = next(line for line in deck.splitlines() if line.startswith("pair_style"))
         deck += "run 300\n" + edit.format(pair_style=style)
-        states.append(_run(tmp_path, deck, 300))
-    _assert_same(states[1], states[0], 1e-9)
+        states.append(run_bed(tmp_path, deck, 300))
+    assert_same(states[1], states[0], 1e-9)
 
 
 def test_balls_created_in_another_order_move_the_same(tmp_path):
     order = np.random.default_rng(3).permutation(len(BALLS))
-    straight = _run(tmp_path, _deck(tmp_path, "fast"), 300)
-    shuffled = _run(tmp_path, _deck(tmp_path, "fast", balls=BALLS[order]), 300)
+    straight = run_bed(tmp_path, bed_deck(tmp_path, "fast"), 300)
+    shuffled = run_bed(tmp_path, bed_deck(tmp_path, "fast", balls=BALLS[order]), 300)
     # Sums in another order: rounding, grown by the contacts.
-    _assert_same(shuffled, {names: field[order] for names, field in straight.items()}, 1e-9)
+    assert_same(shuffled, {names: field[order] for names, field in straight.items()}, 1e-9)
 
 
 def test_the_width_of_the_skin_changes_nothing(tmp_path):
     # A list that missed a contact would miss others with another skin.
     narrow, wide = (
-        _run(tmp_path, _deck(tmp_path, "fast", skin=skin, edit=SIZES_AND_MATERIALS), 1000)
+        run_bed(tmp_path, bed_deck(tmp_path, "fast", skin=skin, edit=SIZES_AND_MATERIALS), 1000)
         for skin in (0.002, 0.02)
     )
-    _assert_same(narrow, wide, 1e-8)
+    assert_same(narrow, wide, 1e-8)
 
 
 def test_ranks_without_balls_do_nothing(tmp_path):
     balls = BALLS[BALLS[:, 1] < 0.15]
     one, four = (
-        _run(tmp_path, _deck(tmp_path, "fast", balls=balls, length=2.0), 300, ranks)
+        run_bed(tmp_path, bed_deck(tmp_path, "fast", balls=balls, length=2.0), 300, ranks)
         for ranks in (1, 4)
     )
-    _assert_same(four, one, 1e-9)
+    assert_same(four, one, 1e-9)
 
 
 def _bed_that_is_checked(folder, steps, options="", ranks=1, **more):
-    deck = _deck(folder, "fast", f"check 1 {options}", **more)
+    deck = bed_deck(folder, "fast", f"check 1 {options}", **more)
     return run(folder, deck + f"run {steps}\n", ranks)
 
 
@@ -352,7 +293,7 @@ WRONG_WORDS = [
 
 @pytest.mark.parametrize(("options", "cause"), WRONG_WORDS, ids=[w for w, _ in WRONG_WORDS])
 def test_a_wrong_option_gives_one_line_of_cause(tmp_path, options, cause):
-    result = run(tmp_path, _deck(tmp_path, "fast", options) + "run 1\n")
+    result = run(tmp_path, bed_deck(tmp_path, "fast", options) + "run 1\n")
     assert result.code != 0
     assert cause in result.error
 
@@ -366,7 +307,9 @@ OTHER_MODELS = [
 
 @pytest.mark.parametrize("model", OTHER_MODELS)
 def test_another_contact_model_is_refused(tmp_path, model):
-    deck = _deck(tmp_path, "stock").replace(STOCK_CONTACTS, f"pair_style gran {model} surface fast")
+    deck = bed_deck(tmp_path, "stock").replace(
+        STOCK_CONTACTS, f"pair_style gran {model} surface fast"
+    )
     result = run(tmp_path, deck + "run 1\n")
     assert result.code != 0
     assert "surface fast covers model hertz, tangential history or off" in result.error
@@ -374,23 +317,23 @@ def test_another_contact_model_is_refused(tmp_path, model):
 
 def test_friction_without_memory_is_refused(tmp_path):
     model = "pair_style gran model hertz tangential no_history surface fast"
-    deck = _deck(tmp_path, "stock").replace(STOCK_CONTACTS, model)
+    deck = bed_deck(tmp_path, "stock").replace(STOCK_CONTACTS, model)
     result = run(tmp_path, deck + "run 1\n")
     assert result.code != 0
     assert "tangential no_history` with friction between balls" in result.error
 
 
 def test_a_hybrid_pair_style_is_refused(tmp_path):
-    deck = _deck(tmp_path, "fast").replace("pair_style      gran", "pair_style hybrid gran")
+    deck = bed_deck(tmp_path, "fast").replace("pair_style      gran", "pair_style hybrid gran")
     result = run(tmp_path, deck.replace("pair_coeff      * *", "pair_coeff * * gran") + "run 1\n")
     assert result.code != 0
     assert "does not cover pair_style hybrid" in result.error
 
 
 def test_a_restart_without_its_pair_style_is_refused(tmp_path):
-    deck = _deck(tmp_path, "fast")
+    deck = bed_deck(tmp_path, "fast")
     run(tmp_path, deck + "run 1\nwrite_restart half.restart\n")
-    again = _again("fast", "", deck)
+    again = again_deck("fast", "", deck)
     settings = again[again.index("pair_style") : again.index("timestep")]
     result = run(tmp_path, again.replace(settings, "") + "run 1\n")
     assert result.code != 0
@@ -409,6 +352,6 @@ NOT_COVERED = [
 
 @pytest.mark.parametrize(("line", "cause"), NOT_COVERED, ids=[w for w, _ in NOT_COVERED])
 def test_what_is_not_covered_is_refused(tmp_path, line, cause):
-    result = run(tmp_path, _deck(tmp_path, "fast") + f"{line}\nrun 1\n")
+    result = run(tmp_path, bed_deck(tmp_path, "fast") + f"{line}\nrun 1\n")
     assert result.code != 0
     assert cause in result.error, result.text[-600:]

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <vector>
+
+#include "pairs/half_list.h"
+
+namespace millscale::pairs {
+
+/// In place of an index: not there.
+constexpr int absent = -1;
+
+/// Names of balls in the order of a list; ghosts have those of their balls.
+using Tags = std::vector<int>;
+
+inline bool overlap(const Balls& balls, int i, int j)
+{
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double apart = balls.position[i][d] - balls.position[j][d];
+    square += apart * apart;
+  }
+  const double radii = balls.radius[i] + balls.radius[j];
+  return square < radii * radii;
+}
+
+/// Gives the contact of ball i with the ball of this name, if they are a pair of i and touch, its
+/// memory on i times `sign`. Whether they are.
+inline bool remember(HalfList& list, const Balls& balls, const int* tag, int i, int name,
+                     const double* memory, double sign)
+{
+  bool found = false;
+  for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry) {
+    const int j = list.other[entry];
+    if (tag[j] != name || !overlap(balls, i, j)) continue;
+    list.touching[entry] = 1;
+    for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * memory[d];
+    found = true;
+  }
+  return found;
+}
+
+/// Contacts keep their memory from list to list, whatever the balls are numbered in the new one.
+/// Either ball may have the pair now: the one that had it is asked first. `now`: index in the new
+/// list of each owned ball of the old, or `absent`.
+inline void carry(const HalfList& old, const Tags& old_tag, const std::vector<int>& now,
+                  HalfList& list, const Balls& balls, const int* tag)
+{
+  for (int entry = 0; entry < old.entries; ++entry) {
+    if (!old.touching[entry]) continue;
+    const int a = old.own[entry], b = old.other[entry];
+    const int i = now[a], j = b < old.owned() ? now[b] : absent;
+    const double* memory = &old.displacement[3 * static_cast<std::size_t>(entry)];
+    if (i != absent && remember(list, balls, tag, i, old_tag[b], memory, 1.0)) continue;
+    if (j != absent) remember(list, balls, tag, j, old_tag[a], memory, -1.0);
+  }
+}
+
+/// The contacts of the owned balls that are marked: visit(ball, name of the other, memory, sign),
+/// where sign times memory is that on the ball.
+template <class Visit>
+void for_memories_of(const std::vector<char>& marked, const HalfList& list, const Tags& tag,
+                     const Visit& visit)
+{
+  for (int entry = 0; entry < list.entries; ++entry) {
+    if (!list.touching[entry]) continue;
+    const int a = list.own[entry], b = list.other[entry];
+    const double* memory = &list.displacement[3 * static_cast<std::size_t>(entry)];
+    if (marked[a]) visit(a, tag[b], memory, 1.0);
+    if (b < list.owned() && marked[b]) visit(b, tag[a], memory, -1.0);
+  }
+}
+
+}  // namespace millscale::pairs
