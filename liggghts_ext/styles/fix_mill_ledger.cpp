@@ -55,13 +55,6 @@ FixMillLedger::FixMillLedger(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg,
   }
 }
 
-FixMillLedger* FixMillLedger::of(Modify* modify)
-{
-  for (int i = 0; i < modify->nfix; ++i)
-    if (auto* found = dynamic_cast<FixMillLedger*>(modify->fix[i])) return found;
-  return nullptr;
-}
-
 void FixMillLedger::parse(int narg, char** arg)
 {
   millscale::ArgumentList list(narg, arg, 3);

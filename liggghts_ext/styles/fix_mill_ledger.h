@@ -18,7 +18,6 @@ FixStyle(mill / ledger, FixMillLedger)
 namespace LAMMPS_NS {
 
 class FixMillSimilarity;
-class Modify;
 
 /// Account of the charge's energy: work of the mill, energies of the balls, what contacts store and
 /// dissipate, and the spectrum of impacts. `pair_style gran ... surface fast` and fix wall/mill
@@ -26,9 +25,6 @@ class Modify;
 class FixMillLedger : public Fix {
  public:
   FixMillLedger(class LAMMPS*, int, char**);
-
-  /// The one of a deck, or nothing.
-  static FixMillLedger* of(Modify*);
 
   int setmask() override;
   void init() override;

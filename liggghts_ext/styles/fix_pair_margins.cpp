@@ -1,9 +1,8 @@
 #include "fix_pair_margins.h"
 
-#include <cstring>
-
 #include "atom.h"
 #include "comm.h"
+#include "first_fix.h"
 #include "fix_mill_similarity.h"
 #include "modify.h"
 #include "neighbor.h"
@@ -27,10 +26,7 @@ int FixPairMargins::setmask()
 void FixPairMargins::init()
 {
   margins_ = {};  // nothing to watch, should another pair style make the lists from here on
-  mill_ = nullptr;
-  for (int i = 0; i < modify->nfix; ++i)
-    if (std::strcmp(modify->fix[i]->style, "mill/similarity") == 0)
-      mill_ = static_cast<FixMillSimilarity*>(modify->fix[i]);
+  mill_ = first_fix<FixMillSimilarity>(modify);
 }
 
 const double* FixPairMargins::at_birth(const pairs::Balls& balls, pairs::CellGrid& grid,

@@ -8,6 +8,7 @@
 #include "atom.h"
 #include "contact_laws.h"
 #include "error.h"
+#include "first_fix.h"
 #include "fix_mill_ledger.h"
 #include "fix_mill_similarity.h"
 #include "liner_arguments.h"
@@ -131,7 +132,7 @@ void FixWallMill::init()
     check_box();
     check_balls_fit();
     read_materials();
-    ledger_ = FixMillLedger::of(modify);
+    ledger_ = first_fix<FixMillLedger>(modify);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }

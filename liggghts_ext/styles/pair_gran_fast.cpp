@@ -14,6 +14,7 @@
 #include "end_run.h"
 #include "error.h"
 #include "fix_contact_damping.h"
+#include "first_fix.h"
 #include "fix_mill_ledger.h"
 #include "fix_pair_margins.h"
 #include "fix_pair_memories.h"
@@ -155,7 +156,7 @@ void PairGranFast::init_granular()
   refuse_what_is_not_covered();
   damping_ = terms_.bounded ? own_fix<FixContactDamping>("contact_damping") : nullptr;
   margins_ = own_fix<FixPairMargins>("pair_margins");
-  ledger_ = FixMillLedger::of(modify);
+  ledger_ = first_fix<FixMillLedger>(modify);
   memories_ = static_cast<FixPairMemories*>(pair_->get_fix_history());  // so for all, by its style
   laws_.clear();
   try {
