@@ -9,6 +9,7 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
+#include "first_fix.h"
 #include "fix_mill_similarity.h"
 #include "force.h"
 #include "modify.h"
@@ -46,7 +47,8 @@ FixMillLedger::FixMillLedger(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg,
   restart_global = 1;
   nevery = 1;
   try {
-    if (of(modify)) throw std::invalid_argument("there is one already; a deck has one account");
+    if (first_fix<FixMillLedger>(modify))
+      throw std::invalid_argument("there is one already; a deck has one account");
     if (igroup != 0) throw std::invalid_argument("group: the account is of all balls, use `all`");
     parse(narg, arg);
     find_mill();
