@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mill_analysis import paper
-from mill_analysis.figures import STYLE
+from mill_analysis.figures import STYLE, plain_log_ticks
 
 # Colour-blind safe (Okabe and Ito), and told apart by the mark as well.
 LOOKS = {
@@ -46,6 +46,7 @@ def speed_against_error(models: Sequence[Row]) -> Figure:
             _error_panel(axes, models, name, factor)
             axes.set_ylabel(title)
             axes.set_xscale("log")
+            plain_log_ticks(axes.xaxis)
             if name != "power_error":
                 axes.set_ylim(0.0, 1.0 if "iou" in name else None)
         for axes in all_axes[-1]:
@@ -77,6 +78,8 @@ def run_times(models: Sequence[Row]) -> Figure:
             label="the paper, 20 s",
         )
         axes.set(xscale="log", yscale="log", xlabel="balls", ylabel="processor time [h]")
+        for axis in (axes.xaxis, axes.yaxis):
+            plain_log_ticks(axis)
         axes.legend()
     return figure
 
