@@ -13,4 +13,15 @@ struct Balls {
   int owned, all;
 };
 
+/// Square of the distance of two centres [m^2].
+inline double apart_square(const Balls& balls, int i, int j)
+{
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double apart = balls.position[i][d] - balls.position[j][d];
+    square += apart * apart;
+  }
+  return square;
+}
+
 }  // namespace millscale::pairs

@@ -14,13 +14,8 @@ using Tags = std::vector<int>;
 
 inline bool overlap(const Balls& balls, int i, int j)
 {
-  double square = 0.0;
-  for (int d = 0; d < 3; ++d) {
-    const double apart = balls.position[i][d] - balls.position[j][d];
-    square += apart * apart;
-  }
   const double radii = balls.radius[i] + balls.radius[j];
-  return square < radii * radii;
+  return apart_square(balls, i, j) < radii * radii;
 }
 
 /// Gives the contact of ball i with the ball of this name, if they are a pair of i and touch, its

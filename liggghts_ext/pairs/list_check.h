@@ -22,13 +22,8 @@ namespace detail {
 inline std::optional<MissedContact> missed(const HalfList& list, const Balls& balls, int i, int j)
 {
   if (std::min(i, j) >= balls.owned) return std::nullopt;  // two ghosts: another rank's
-  double square = 0.0;
-  for (int d = 0; d < 3; ++d) {
-    const double apart = balls.position[i][d] - balls.position[j][d];
-    square += apart * apart;
-  }
   const double radii = balls.radius[i] + balls.radius[j];
-  const double overlap = radii - std::sqrt(square);
+  const double overlap = radii - std::sqrt(apart_square(balls, i, j));
   if (!(overlap > 1e-12 * radii)) return std::nullopt;  // rounding may say either
   for (const auto& [a, b] : {std::pair{i, j}, std::pair{j, i}}) {
     if (a >= balls.owned) continue;

@@ -40,10 +40,6 @@ void FixPairMemories::pre_exchange()
   stays_in_list_ = in_use_ && in_a_run && !output->restart_requested(update->ntimestep) &&
                    !domain->box_change && !domain->triclinic;
   if (!in_use_) return FixContactHistory::pre_exchange();
-  if (stays_in_list_)
-    mark_those_outside();
-  else
-    leaving_.assign(list_.owned(), 1);
   hand_over();
 }
 
@@ -52,17 +48,15 @@ void FixPairMemories::setup_pre_exchange()
 {
   stays_in_list_ = false;
   if (*computeflag_ && !in_use_) return FixContactHistory::pre_exchange();
-  if (*computeflag_) {
-    leaving_.assign(list_.owned(), 1);
-    hand_over();
-  }
+  if (*computeflag_) hand_over();
   if (update->setupflag) in_use_ = false;  // until the run has a list, perhaps of other contacts
 }
 
-/// Balls inside of their rank's part of the box stay on it.
-void FixPairMemories::mark_those_outside()
+/// All balls, or those that may leave: ones inside of their rank's part of the box stay on it.
+void FixPairMemories::mark_leaving()
 {
-  leaving_.assign(list_.owned(), 0);
+  leaving_.assign(list_.owned(), !stays_in_list_);
+  if (!stays_in_list_) return;
   const double *low = domain->sublo, *high = domain->subhi;
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* x = atom->x[i];
@@ -72,9 +66,10 @@ void FixPairMemories::mark_those_outside()
   }
 }
 
-/// Writes the contacts of the marked balls into the history.
+/// Writes the contacts of balls that leave into the history.
 void FixPairMemories::hand_over()
 {
+  mark_leaving();
   *computeflag_ = 0;
   std::fill_n(npartner_, atom->nmax, 0);
   ipage_->reset();

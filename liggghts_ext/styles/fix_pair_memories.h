@@ -40,7 +40,7 @@ class FixPairMemories : public FixContactHistory {
 
  private:
   void hand_over();
-  void mark_those_outside();
+  void mark_leaving();
   void find_now();
   void show(class PairGran*);
 
