@@ -16,8 +16,8 @@ from rich.text import Text
 from mill_campaign.case import Case
 from mill_campaign.forecast import time_left
 from mill_campaign.machine import Allocation
-from mill_campaign.stage_table import CASES_FOLDER
 from mill_campaign.status import CaseStatus, case_status
+from mill_runs.layout import CASES_FOLDER
 
 STATE_COLOURS = {
     "done": "green",

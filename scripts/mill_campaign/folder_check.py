@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from mill_campaign.errors import CampaignError
-from mill_campaign.stage_table import CASES_FOLDER
+from mill_runs.layout import CASES_FOLDER
 
 _HOLDERS = (CASES_FOLDER, "settled")
 # Files of a folder and of the folders in it: cases/ID, dump/STEP. Each case is looked at by itself.

@@ -15,7 +15,7 @@ from mill_campaign.config import Campaign
 from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
 from mill_campaign.provenance import installed_version
-from mill_campaign.stage_table import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
+from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
 
 # The campaign file as it was when the cases were written.
 CAMPAIGN_COPY = "campaign.toml"

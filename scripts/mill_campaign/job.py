@@ -24,8 +24,8 @@ from mill_campaign.case_check import read_case
 from mill_campaign.errors import CampaignError
 from mill_campaign.jobs import job_named, read_jobs
 from mill_campaign.parent_death import end_with_parent
-from mill_campaign.stage_table import CASE_FILE, CASES_FOLDER, unfinished
 from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
+from mill_runs.layout import CASE_FILE, CASES_FOLDER, unfinished
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 FAILED = 1

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 from mill_campaign.restart_file import NotWholeError
-from mill_campaign.stage_table import DUMP_FOLDER
+from mill_runs.layout import DUMP_FOLDER
 
 SERIES = ("series.csv", "ledger.csv")
 _DUMP = re.compile(r"\.(\d+)\.liggghts$")

@@ -11,7 +11,7 @@ from mill_campaign.case import Case
 from mill_campaign.cost import Rates, run_time
 from mill_campaign.display import duration
 from mill_campaign.machine import Allocation
-from mill_campaign.stage_table import CASES_FOLDER
+from mill_runs.layout import CASES_FOLDER
 
 PREDICTED_FILE = "predicted.json"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mill_campaign.attempts import read_attempts
 from mill_campaign.case import Case
-from mill_campaign.stage_table import Stage
+from mill_runs.layout import Stage
 
 _THERMO = re.compile(r"^\s+(\d+)\s+\d+\s", re.M)
 _TAIL_BYTES = 8192

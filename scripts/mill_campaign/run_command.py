@@ -23,7 +23,6 @@ from mill_campaign.machine import Allocation, CoreWish, hardware
 from mill_campaign.output_size import check_disk
 from mill_campaign.placement import place, place_on_cluster
 from mill_campaign.prediction import error_line, record_predictions
-from mill_campaign.stage_table import CASES_FOLDER, Stage, unfinished
 from mill_campaign.stage_work import attempt_note
 from mill_campaign.status import case_status
 from mill_campaign.workflow import (
@@ -33,6 +32,7 @@ from mill_campaign.workflow import (
     run_workflow,
     snakemake_line,
 )
+from mill_runs.layout import CASES_FOLDER, Stage, unfinished
 
 _MOST_JOBS_TOLD = 20
 

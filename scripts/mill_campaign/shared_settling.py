@@ -19,7 +19,7 @@ from mill_campaign.charge import FILE as CHARGE_FILE
 from mill_campaign.decks import PARAMETERS_FILE, with_included
 from mill_campaign.folder_lock import hold
 from mill_campaign.parameters import LINER_FILE, parameters, parameters_text
-from mill_campaign.stage_table import CAMPAIGN_FILE, CASES_FOLDER
+from mill_runs.layout import CAMPAIGN_FILE, CASES_FOLDER
 
 FOLDER = "settled"
 DECK = "settle.in"

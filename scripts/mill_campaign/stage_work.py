@@ -15,8 +15,8 @@ from mill_campaign.engine_log import loop_timing, read_log
 from mill_campaign.engine_run import DeckRun, find_engine, run_deck
 from mill_campaign.output_files import check_output
 from mill_campaign.resume import RESTART_FILES, Run, begin, look
-from mill_campaign.stage_table import DUMP_FOLDER, Stage, unfinished
 from mill_campaign.timing import Before, timing_record
+from mill_runs.layout import DUMP_FOLDER, Stage, unfinished
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,8 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.resume import OF_ATTEMPTS
-from mill_campaign.stage_table import CASE_FILE, STAGES, Stage, stage_of
 from mill_campaign.stage_work import WORK, Task, is_complete
+from mill_runs.layout import CASE_FILE, STAGES, Stage, stage_of
 
 INTERRUPTED = 130
 

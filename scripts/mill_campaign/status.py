@@ -13,7 +13,7 @@ from mill_campaign.failures import ADVICE, KILLED, NO_PROGRESS, SILENCE, UNKNOWN
 from mill_campaign.generate import read_summary
 from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
-from mill_campaign.stage_table import (
+from mill_runs.layout import (
     CASE_FILE,
     CASES_FOLDER,
     DUMP_FOLDER,

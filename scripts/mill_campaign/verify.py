@@ -19,7 +19,7 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.generate import CAMPAIGN_COPY, read_summary
 from mill_campaign.parameters import parameters_text
 from mill_campaign.provenance import digest_of, files_of, read_provenance
-from mill_campaign.stage_table import CASE_FILE, CASES_FOLDER, STAGES
+from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES
 
 _MOST_KEYS = 3
 

@@ -15,7 +15,7 @@ from mill_campaign.case import Case, digest
 from mill_campaign.case_check import read_case
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import changed_cases
-from mill_campaign.stage_table import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER, unfinished
+from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER, unfinished
 from mill_study.study_file import Setting, StudyFile
 
 SETTINGS_FOLDER = "settings"

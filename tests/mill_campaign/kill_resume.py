@@ -36,7 +36,7 @@ from mill_campaign.machine import hardware
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.restart_file import NotWholeError, read_restart
 from mill_campaign.resume import RESTART_FILES
-from mill_campaign.stage_table import STAGES
+from mill_runs.layout import STAGES
 
 CASE = small_campaign.CHARGE
 TMPFS_BYTES = 64 << 20

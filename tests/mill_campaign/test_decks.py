@@ -1,7 +1,7 @@
 """Which deck files a case needs."""
 
 from mill_campaign.decks import copy_decks, template_folder, with_included
-from mill_campaign.stage_table import STAGES
+from mill_runs.layout import STAGES
 
 
 def test_included_decks_are_found_through_each_other(tmp_path):

@@ -17,7 +17,7 @@ import small_campaign
 from mill_campaign.engine_run import ENGINE
 from mill_campaign.generate import generate
 from mill_campaign.restart_file import NotWholeError, read_restart
-from mill_campaign.stage_table import STAGES
+from mill_runs.layout import STAGES
 
 pytestmark = pytest.mark.engine
 

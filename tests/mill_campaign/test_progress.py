@@ -6,7 +6,7 @@ import time
 import pytest
 
 from mill_campaign.progress import Progress, last_value, stage_progress
-from mill_campaign.stage_table import stage_of
+from mill_runs.layout import stage_of
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 
 from mill_campaign import provenance
-from mill_campaign.stage_table import STAGES
+from mill_runs.layout import STAGES
 
 BALL = SINGLE_BALLS[0]
 

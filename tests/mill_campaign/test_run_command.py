@@ -7,7 +7,7 @@ import time
 import pytest
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 
-from mill_campaign.stage_table import STAGES
+from mill_runs.layout import STAGES
 
 
 def products(kind):

@@ -9,7 +9,7 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import LOCK_FILE, hold
 from mill_campaign.resume import begin
 from mill_campaign.stage_record import read_record
-from mill_campaign.stage_table import stage_of
+from mill_runs.layout import stage_of
 
 
 @pytest.fixture

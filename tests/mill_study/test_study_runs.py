@@ -17,7 +17,7 @@ from mill_analysis.study_errors import ERRORS
 from mill_campaign.cli import main
 from mill_campaign.generate import generate
 from mill_campaign.machine import CoreWish
-from mill_campaign.stage_table import STAGES
+from mill_runs.layout import STAGES
 from mill_study import command
 from mill_study.command import StudyCall, run_and_compare
 from mill_study.folders import Places, found_cases, identity, record, write_setting

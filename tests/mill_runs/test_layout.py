@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from mill_campaign.stage_table import CASE_FILE, STAGES, unfinished
+from mill_runs.layout import CASE_FILE, STAGES, unfinished
 
 
 @pytest.fixture(params=sorted(STAGES))
