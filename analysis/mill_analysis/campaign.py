@@ -21,8 +21,8 @@ from mill_analysis.run_folder import (
     read_json,
     why_missing,
 )
-from mill_analysis.untrusted import understood
 from mill_analysis.windows import common_windows
+from mill_runs.untrusted import understood
 
 Row = dict[str, Any]
 

@@ -16,11 +16,11 @@ from mill_analysis.run_folder import (
     SERIES,
     RunFolderError,
     load_case,
-    write_json,
 )
 from mill_analysis.series import read_series
 from mill_analysis.single_ball import single_ball_result
-from mill_analysis.untrusted import understood
+from mill_runs.untrusted import understood
+from mill_runs.writing import write_json
 
 _RESULT_OF = {"single-ball": single_ball_result, "multi-ball": charge_result}
 

@@ -16,7 +16,8 @@ from typing import Any
 
 from mill_analysis.charge_models import Charge
 from mill_analysis.charge_pair import compare_two
-from mill_analysis.run_folder import RunFolderError, load_finished, write_json
+from mill_analysis.run_folder import RunFolderError, load_finished
+from mill_runs.writing import write_json
 
 # Errors of a pair that are 0 when its members are the same; overlaps and correlations are 1 then.
 DISTANCES = ("contour_error_mean", "contour_error_max", "massflow_rms_over_mean",

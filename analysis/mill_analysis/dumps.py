@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from mill_analysis.untrusted import MOST_DUMP, RunFolderError, read_text
+from mill_runs.untrusted import MOST_DUMP, RunFolderError, read_text
 
+_NAME = re.compile(r"charge\.([0-9]{1,19})\.liggghts")
 _REMEDY = "delete it, or run the case again: millscale run FILE --runs DIR --only ID"
 
 
@@ -40,9 +42,8 @@ def dump_files(folder: Path) -> dict[int, Path]:
     """The dumps of a case folder by step, in order of step."""
     by_step = {}
     for path in (folder / "dump").glob("charge.*.liggghts"):
-        step = path.name.split(".")[1]
-        if step.isdigit():
-            by_step[int(step)] = path
+        if step := _NAME.fullmatch(path.name):
+            by_step[int(step[1])] = path
     return dict(sorted(by_step.items()))
 
 
@@ -66,7 +67,9 @@ def read_dump(path: Path) -> Dump:
     """One dump file.
 
     Raises:
-        RunFolderError: missing, cut short, no dump, or without the columns id, x, y, z, radius.
+        RunFolderError: missing, cut short, no dump, or without the columns id, x, y, z, radius; of
+            another step than its name's, an id that is no whole number or there twice, or a radius
+            that is not above 0.
     """
     text = read_text(path, MOST_DUMP, _REMEDY)
     head, marker, body = text.partition("ITEM: ATOMS ")
@@ -90,7 +93,26 @@ def read_dump(path: Path) -> Dump:
     if not np.isfinite(values).all():
         raise RunFolderError(path, "a number is not finite", _REMEDY)
     values = values[np.argsort(values[:, names.index("id")])]
-    return Dump(step, {name: values[:, i] for i, name in enumerate(names)})
+    dump = Dump(step, {name: values[:, i] for i, name in enumerate(names)})
+    _check(path, dump)
+    return dump
+
+
+def _check(path: Path, dump: Dump) -> None:
+    named = _NAME.fullmatch(path.name)
+    if named and int(named[1]) != dump.step:
+        raise RunFolderError(path, f"holds step {dump.step}: another dump of this name", _REMEDY)
+    ids, radii = dump["id"], dump["radius"]
+    wrong = ids[(ids < 1.0) | (ids != np.floor(ids))]
+    if wrong.size:
+        raise RunFolderError(path, f"id {wrong[0]:g}, accepted: whole numbers from 1", _REMEDY)
+    twice = ids[1:][np.diff(ids) == 0.0]
+    if twice.size:
+        raise RunFolderError(path, f"id {twice[0]:.0f} is there twice", _REMEDY)
+    if not (radii > 0.0).all():
+        smallest = int(np.argmin(radii))
+        cause = f"radius {radii[smallest]:g} of id {ids[smallest]:.0f}, accepted: above 0"
+        raise RunFolderError(path, cause, _REMEDY)
 
 
 def _rows(path: Path, body: str, count: int, columns: int) -> np.ndarray:

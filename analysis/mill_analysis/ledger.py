@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mill_analysis.series import Series, read_series
-from mill_analysis.untrusted import MOST_SERIES, RunFolderError, read_text
+from mill_runs.untrusted import MOST_SERIES, RunFolderError, read_text
 
 LEDGER, IMPACTS = "ledger.csv", "impacts.csv"
 PAIRINGS = ("ball_ball", "ball_wall")

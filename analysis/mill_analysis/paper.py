@@ -48,7 +48,7 @@ def table(name: str) -> tuple[dict[str, float | str], ...]:
     Args:
         name: file name in paper_tables without its ending.
     """
-    lines = (TABLES / f"{name}.csv").read_text().splitlines()
+    lines = (TABLES / f"{name}.csv").read_text(encoding="utf-8").splitlines()
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
     return tuple({key: _number(value) for key, value in row.items()} for row in rows)
 

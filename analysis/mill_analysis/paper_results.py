@@ -17,8 +17,9 @@ from typing import Any
 from mill_analysis.campaign import load_campaign
 from mill_analysis.charge_comparison import compare_charges
 from mill_analysis.charge_models import Charge
-from mill_analysis.run_folder import RunFolderError, write_json
+from mill_analysis.run_folder import RunFolderError
 from mill_analysis.speed_error import markdown, model_rows
+from mill_runs.writing import write_json
 
 
 def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:

@@ -18,6 +18,7 @@ from mill_analysis.dumps import read_dump, required_dumps
 from mill_analysis.run_folder import SERIES, RunFolderError
 from mill_analysis.series import read_series
 from mill_analysis.snapshots import first_dump, mill_angle_at, starts_on_rising_side
+from mill_runs.writing import new_folder, replace_folder, write_text
 
 FOLDER, COLLECTION = "paraview", "charge.pvd"
 LINER = "liner.vtp"
@@ -39,10 +40,8 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
     series = read_series(folder / SERIES, "multi-ball")
     steps = list(files)[::every]
     angles = mill_angle_at(np.array(steps, float), series)
-    to = folder / FOLDER
-    if to.is_symlink():
-        raise RunFolderError(to, "is a link, which may lead outside", "remove it")
-    to.mkdir(exist_ok=True)
+    to = folder / f"{FOLDER}.part"
+    new_folder(to)
     first = first_dump(folder)
     for step, angle in zip(steps, angles, strict=True):
         dump = read_dump(files[step])
@@ -52,9 +51,9 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
             raise RunFolderError(files[step], str(error), "run the case again") from None
         save_balls(dump, rising, to / f"balls.{step:09d}.vtp")
         save_liner(folder / LINER, float(angle), to / f"liner.{step:09d}.vtp")
-    collection = to / COLLECTION
-    _write_collection(collection, steps, _time_at(np.array(steps, float), series))
-    return collection
+    _write_collection(to / COLLECTION, steps, _time_at(np.array(steps, float), series))
+    replace_folder(to, folder / FOLDER)
+    return folder / FOLDER / COLLECTION
 
 
 def _time_at(steps: np.ndarray, series: dict[str, np.ndarray]) -> np.ndarray:
@@ -72,9 +71,7 @@ def _write_collection(path: Path, steps: Sequence[int], times: np.ndarray) -> No
         for part, name in enumerate(("balls", "liner"))
     ]
     text = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n <Collection>\n'
-    part = path.with_name(f"{path.name}.part")
-    part.write_text(text + "\n".join(entries) + "\n </Collection>\n</VTKFile>\n")
-    part.replace(path)
+    write_text(path, text + "\n".join(entries) + "\n </Collection>\n</VTKFile>\n")
 
 
 def main(arguments: list[str] | None = None) -> int:

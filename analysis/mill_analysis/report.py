@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,11 @@ from mill_analysis import comparison, paper, report_figures
 from mill_analysis.campaign import Campaign, load_campaign
 from mill_analysis.charge_errors import CURTAINS_OF_THE_PAPER
 from mill_analysis.comparison_figures import comparison_images
-from mill_analysis.run_folder import RunFolderError, write_json
+from mill_analysis.run_folder import RunFolderError
 from mill_analysis.speed_error import model_rows
-from mill_analysis.untrusted import understood
 from mill_analysis.windows import common_windows
+from mill_runs.untrusted import understood
+from mill_runs.writing import new_folder, replace_folder, write_json, write_text
 
 PAGE = Path(__file__).parent / "page"
 REPORT, INDEX, RESULTS = "report", "index.html", "results.json"
@@ -41,14 +41,12 @@ def build_report(runs: Path) -> Path:
             f"run them with: millscale run FILE --runs {runs}",
         )
     part = campaign.runs / f"{REPORT}.part"
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir()
+    new_folder(part)
     write_json(part / RESULTS, campaign.results())
     with understood(campaign.runs, f"find the file with: millscale verify {campaign.runs}"):
-        (part / INDEX).write_text(_page(campaign, part))
+        write_text(part / INDEX, _page(campaign, part))
     folder = campaign.runs / REPORT
-    shutil.rmtree(folder, ignore_errors=True)
-    part.rename(folder)
+    replace_folder(part, folder)
     return folder / INDEX
 
 

@@ -1,13 +1,14 @@
-"""The JSON files of a run folder: where cases are, reading with clear errors, atomic writing."""
+"""The JSON files of a run folder: where cases are, reading with clear errors."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mill_analysis.untrusted import MOST_JSON, RunFolderError, check_case, is_id, read_text
+from mill_analysis.case_check import check_case
+from mill_runs.terminal import one_line
+from mill_runs.untrusted import RunFolderError, is_id, read_object
 
 CASE, TIMING, RESULT, SERIES, LINER, STAGE = (
     "case.json",
@@ -43,16 +44,8 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
     Raises:
         RunFolderError: missing, cut short, not an object, or of another schema.
     """
-    try:
-        content = json.loads(read_text(path, MOST_JSON, f"make it with: {made_by}"))
-    except RunFolderError:
-        raise
-    except (ValueError, RecursionError) as error:
-        raise RunFolderError(
-            path, f"not valid JSON ({error}), cut short?", f"delete it, then: {made_by}"
-        ) from None
-    if not isinstance(content, dict):
-        raise RunFolderError(path, "not a JSON object", f"delete it, then: {made_by}")
+    there = path.exists()
+    content = read_object(path, f"{'delete it, then' if there else 'make it with'}: {made_by}")
     if content.get("schema", SCHEMA) != SCHEMA:
         raise RunFolderError(
             path,
@@ -60,15 +53,6 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
             f"delete it, then: {made_by}",
         )
     return content
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file; it appears complete or not at all. NaN is refused."""
-    part = path.with_name(f"{path.name}.part")
-    # A link of that name would lead elsewhere.
-    part.unlink(missing_ok=True)
-    part.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
-    part.replace(path)
 
 
 def load_case(folder: Path) -> dict[str, Any]:
@@ -135,7 +119,7 @@ def why_missing(folder: Path) -> str:
     words = [record.get(key) for key in ("stage", "cause", "advice")]
     if record.get("state") != "failed" or not all(isinstance(x, str) for x in words):
         return f"no {', '.join(absent)} yet"
-    return f"{words[0]} failed: {words[1]}" + (f"; to do: {words[2]}" if words[2] else "")
+    return one_line(f"{words[0]} failed: {words[1]}" + (f"; to do: {words[2]}" if words[2] else ""))
 
 
 def _run(folder: Path) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mill_analysis.untrusted import MOST_SERIES, RunFolderError, read_text
+from mill_runs.untrusted import MOST_SERIES, RunFolderError, read_text
 
 Series = dict[str, np.ndarray]
 
@@ -58,7 +58,7 @@ def read_series(path: Path, kind: str) -> Series:
 
     Raises:
         RunFolderError: missing or cut short, a column missing, a value that is not finite, or
-            steps that do not increase.
+            steps, times or mill angles that do not increase; at rest the angle stays 0.
     """
     lines = read_text(path, MOST_SERIES, _REMEDY).splitlines()
     names = [name.strip() for name in lines[0].split(",")] if lines else []
@@ -98,11 +98,15 @@ def _check(path: Path, series: Series, kind: str) -> None:
             raise RunFolderError(
                 path, f"{name} is {series[name][bad[0]]} in line {bad[0] + 2}", _REMEDY
             )
-    back = np.flatnonzero(np.diff(series["step"]) <= 0)
-    if back.size:
-        raise RunFolderError(
-            path,
-            f"step goes from {series['step'][back[0]]:.0f} to {series['step'][back[0] + 1]:.0f} "
-            f"in line {back[0] + 3}: two runs in one file",
-            _REMEDY,
-        )
+    for name in _MOTION:
+        before, after = series[name][:-1], series[name][1:]
+        at_rest = (name == "mill_angle_rad") & (before == 0.0) & (after == 0.0)
+        back = np.flatnonzero((after <= before) & ~at_rest)
+        if back.size:
+            one, other = series[name][back[0] : back[0] + 2]
+            raise RunFolderError(
+                path,
+                f"{name} goes from {one:.12g} to {other:.12g} in line {back[0] + 3}: "
+                "two runs in one file, or changed",
+                _REMEDY,
+            )

@@ -31,7 +31,7 @@ from mill_analysis.study_errors import (
     models_of,
     reference_for,
 )
-from mill_analysis.untrusted import is_id, understood
+from mill_runs.untrusted import is_id, understood
 
 Row = dict[str, Any]
 STUDY = "study.json"

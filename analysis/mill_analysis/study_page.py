@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from mill_analysis import pareto
 from mill_analysis.report import INDEX, PAGE, REPORT, duration, hundredths, number
 from mill_analysis.report_figures import Image, save_image
-from mill_analysis.run_folder import write_json
 from mill_analysis.study import published, study_results
 from mill_analysis.study_errors import ERRORS
 from mill_analysis.study_figures import time_against_error
+from mill_runs.writing import new_folder, replace_folder, write_json, write_text
 
 RESULTS = "speed-against-error.json"
 TITLES = {pareto.WORST: "largest of all errors", **ERRORS}
@@ -34,13 +33,11 @@ def build_study(runs: Path, provenance: dict[str, Any]) -> dict[str, Any]:
     runs = Path(runs)
     results = study_results(runs)
     part = runs / f"{REPORT}.part"
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir()
+    new_folder(part)
     write_json(part / RESULTS, published([results], provenance))
-    (part / INDEX).write_text(_page(results, provenance, part))
+    write_text(part / INDEX, _page(results, provenance, part))
     folder = runs / REPORT
-    shutil.rmtree(folder, ignore_errors=True)
-    part.rename(folder)
+    replace_folder(part, folder)
     return results
 
 

@@ -6,7 +6,6 @@ have bounds.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterator, Mapping
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mill_campaign.errors import CampaignError
+from mill_runs.untrusted import RunFolderError, read_object
 
 LARGEST_FILE_BYTES = 1 << 20
 KINDS = ("single-ball", "multi-ball")
@@ -71,12 +71,9 @@ def read_case(path: Path) -> dict[str, Any]:
         CampaignError: cannot be read, or is no such document.
     """
     try:
-        with path.open("rb") as stream:
-            document = json.loads(stream.read(LARGEST_FILE_BYTES))
-    except (OSError, ValueError, RecursionError) as cause:
-        raise CampaignError(path, "", f"cannot be read: {cause}", "a case.json") from None
-    if not isinstance(document, dict):
-        raise CampaignError(path, "", "not a JSON object", _REMEDY)
+        document = read_object(path, "", LARGEST_FILE_BYTES)
+    except RunFolderError as error:
+        raise CampaignError(path, "", error.cause, f"a case.json {_REMEDY}") from None
     if document.get("kind") not in KINDS:
         raise CampaignError(path, "kind", f"got {_shown(document.get('kind'))}", " or ".join(KINDS))
     return document

@@ -16,6 +16,7 @@ from mill_campaign.ball_sizes import draw_radii, mean_volume
 from mill_campaign.config import Ball
 from mill_campaign.errors import CampaignError
 from mill_campaign.random_block import random_block
+from mill_runs.writing import writing
 
 FILE = "charge.data"
 # Volume of balls over volume, tried from the densest. A settled bed has 0.58 to 0.61, so a charge
@@ -198,8 +199,6 @@ def write_data(packing: Packing, density: float, half_box: float, path: Path) ->
         f"{i} 1 {diameter!r} {density!r} {x!r} {y!r} {z!r}\n"
         for i, (diameter, (x, y, z)) in enumerate(rows, 1)
     )
-    part = path.with_name(path.name + ".part")
-    with part.open("w") as stream:
-        stream.write(header)
-        stream.writelines(lines)
-    part.replace(path)
+    with writing(path) as file:
+        file.write(header.encode("ascii"))
+        file.writelines(line.encode("ascii") for line in lines)

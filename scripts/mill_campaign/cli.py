@@ -36,6 +36,8 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.failures import SILENCE, TIME_LIMIT_VARIABLE
 from mill_campaign.machine import CoreWish
 from mill_campaign.provenance import COMMAND_VARIABLE
+from mill_runs.terminal import escape_unencodable
+from mill_runs.untrusted import RunFolderError
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -214,16 +216,12 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
 
     Example: `millscale report runs/quick --json`
     """
-    from mill_analysis import RunFolderError, build_report
+    from mill_analysis import build_report
 
-    try:
-        build_report(runs)
-    except RunFolderError as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(EXIT_WRONG_INPUT) from None
+    build_report(runs)
     folder = runs / "report"
     if as_json:
-        typer.echo((folder / "results.json").read_text().rstrip("\n"))
+        typer.echo((folder / "results.json").read_text(encoding="utf-8").rstrip("\n"))
     else:
         typer.echo(f"report: {folder / 'index.html'}")
 
@@ -234,9 +232,10 @@ app.command()(study)
 
 def main() -> None:
     """Entry point; what the user can mend ends in one line and exit code 2."""
+    escape_unencodable()
     try:
         app()
-    except (CampaignError, OSError) as error:
+    except (CampaignError, RunFolderError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(EXIT_WRONG_INPUT)
 

@@ -10,13 +10,15 @@ N <= IN_CACHE, else c (1 + growth ln(N / IN_CACHE)), fitted to `millscale bench 
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import median
 from typing import Any
+
+from mill_campaign.case_check import check_case, read_case
+from mill_runs.untrusted import read_object
 
 Document = Mapping[str, Any]
 
@@ -135,23 +137,21 @@ def learned(folders: Iterable[Path], cpu: str) -> Rates:
     ratios: dict[str, list[float]] = {}
     for folder in folders:
         try:
-            case, timing = _read(folder / "case.json"), _read(folder / "timing.json")
+            timing = read_object(folder / "timing.json", "")
             if timing["hardware"]["cpu"] == cpu:
+                case = read_case(folder / "case.json")
+                check_case(folder / "case.json", case)
                 path, ratio = path_of(case), _ratio(case, timing)
                 ratios.setdefault(path, []).append(ratio)
-        except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError):
+        except (ValueError, KeyError, TypeError, ArithmeticError):
             continue
     return Rates({path: median(some) for path, some in ratios.items()})
 
 
 def _ratio(case: Document, timing: Document) -> float:
     """Measured over predicted time of a particle-step."""
-    predicted = step_time(case, timing["ranks"]) * timing["ranks"] / case["ball"]["count"]
-    ratio = 1.0 / (timing["particle_steps_per_s_core"] * predicted)
+    ranks, rate = float(timing["ranks"]), float(timing["particle_steps_per_s_core"])
+    ratio = case["ball"]["count"] / (step_time(case, ranks) * ranks * rate)
     if not 0.0 < ratio < math.inf:
         raise ValueError(f"no rate: {ratio}")
     return ratio
-
-
-def _read(path: Path) -> Document:
-    return json.loads(path.read_text())

@@ -6,6 +6,9 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from mill_runs.terminal import one_line
+from mill_runs.untrusted import MOST_LOG, read_head, read_tail
+
 # What the engine prints when it is told to end; its exit code is then 0 as if all were well.
 _ENDED_BY_SIGNAL = "SIGINT/SIGTERM caught"
 _LOOP = re.compile(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with (\d+) atoms", re.M)
@@ -36,15 +39,14 @@ class LoopTiming:
 
 
 def read_log(*paths: Path) -> str:
-    """Text of the logs that exist, one after the other."""
+    """Text of the logs that exist, one after the other; of a log of many gigabytes the end."""
     # The engine may write bytes that are no text, behind an error.
-    return "\n".join(p.read_text(errors="replace") for p in paths if p.exists())
+    return "\n".join(read_tail(path, MOST_LOG) for path in paths)
 
 
 def engine_version(log: Path) -> str:
     """The engine's first line: its version, when and by whom it was compiled."""
-    with log.open(errors="replace") as file:
-        return file.readline(_LONGEST_LINE).strip()
+    return one_line(read_head(log, _LONGEST_LINE).partition("\n")[0])
 
 
 def error_line(text: str) -> str | None:

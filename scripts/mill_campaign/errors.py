@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+from mill_runs.terminal import one_line
+
 
 class CampaignError(ValueError):
     """A campaign that cannot be run: which file and key, what was got, what is accepted.
@@ -21,7 +23,7 @@ class CampaignError(ValueError):
         self.cause, self.accepted = cause, accepted
         where = f"{self.file}: {key}" if key else self.file
         text = f"{where}: {cause}" + (f"; accepted: {accepted}" if accepted else "")
-        super().__init__(" ".join(text.split()))
+        super().__init__(one_line(text))
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

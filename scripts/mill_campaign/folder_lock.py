@@ -12,10 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mill_campaign.errors import CampaignError
-from mill_campaign.folder_check import check_folder
+from mill_runs.folder_check import check_folder
 
 LOCK_FILE = ".millscale.lock"
 _HOLDER = re.compile(r"process (\d{1,9}) on (\S+) since")
+_HOLDER_BYTES = 512
 _ENDING_S = 20.0
 
 
@@ -50,7 +51,8 @@ def hold(folder: Path, wait: bool = False) -> Iterator[int]:
 def _take(descriptor: int, folder: Path, wait: bool) -> None:
     give_up = time.monotonic() + _ENDING_S
     while not _free(descriptor, wait):
-        holder = (folder / LOCK_FILE).read_text(errors="replace") or "another process"
+        holder = os.pread(descriptor, _HOLDER_BYTES, 0).decode("utf-8", errors="replace")
+        holder = holder or "another process"
         if _is_gone(holder) and time.monotonic() < give_up:
             time.sleep(0.1)
             continue

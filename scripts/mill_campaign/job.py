@@ -26,6 +26,8 @@ from mill_campaign.jobs import job_named, read_jobs
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
 from mill_runs.layout import CASE_FILE, CASES_FOLDER, unfinished
+from mill_runs.terminal import escape_unencodable
+from mill_runs.untrusted import RunFolderError
 
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 FAILED = 1
@@ -106,7 +108,7 @@ def _guarded(work: Callable[[], int]) -> int:
         return work()
     except KeyboardInterrupt:
         return INTERRUPTED
-    except CampaignError as error:
+    except (CampaignError, RunFolderError) as error:
         print(f"error: {error}", file=sys.stderr)
     except BaseException:
         traceback.print_exc()
@@ -121,6 +123,7 @@ def main() -> int:
     parser.add_argument("file", type=Path, help="DIR/.jobs/<run>/jobs.json")
     parser.add_argument("job", help="name of a job in it")
     options = parser.parse_args()
+    escape_unencodable()
     end_with_parent()()
     job = job_named(read_jobs(options.file), options.job)
     return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import shutil
@@ -14,6 +13,8 @@ from pathlib import Path
 from mill_campaign.case import Case
 from mill_campaign.cost import Rates, memory_mb, wall_time
 from mill_campaign.machine import Allocation
+from mill_runs.untrusted import as_record, is_id, read_json, understood
+from mill_runs.writing import write_json
 
 JOBS_FOLDER = ".jobs"
 JOBS_FILE = "jobs.json"
@@ -29,6 +30,8 @@ STAGES_S = 0.2
 # reaches its limit has to be queued again.
 TIME_MARGIN = 2.0
 LEAST_TIME_S = 600.0
+MOST_RANKS = 10**5
+_REMEDY = "written by: millscale run FILE --runs DIR"
 
 
 @dataclass(frozen=True)
@@ -101,13 +104,23 @@ def write_jobs(runs: Path, jobs: Sequence[Job]) -> Path:
     folder = runs / JOBS_FOLDER / f"{int(time.time())}-{os.getpid()}"
     folder.mkdir(parents=True)
     file = folder / JOBS_FILE
-    file.write_text(json.dumps([asdict(job) for job in jobs], indent=1) + "\n")
+    write_json(file, [asdict(job) for job in jobs])
     return file
 
 
 def read_jobs(file: Path) -> list[Job]:
-    content = json.loads(file.read_text())
-    return [Job(**{**entry, "cases": tuple(entry["cases"])}) for entry in content]
+    """The jobs of a run.
+
+    Raises:
+        RunFolderError: the file is not one of `write_jobs`.
+    """
+    content = read_json(file, _REMEDY)
+    with understood(file, _REMEDY):
+        jobs = [as_record(Job, entry) for entry in content]
+        for job in jobs:
+            if not (0 < job.ranks <= MOST_RANKS and all(map(is_id, job.cases))):
+                raise ValueError(f"ranks {job.ranks} or cases {job.cases!r:.60}")
+        return jobs
 
 
 def job_named(jobs: Iterable[Job], name: str) -> Job:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mill_campaign.restart_file import NotWholeError
 from mill_runs.layout import DUMP_FOLDER
+from mill_runs.untrusted import open_regular
 
 SERIES = ("series.csv", "ledger.csv")
 _DUMP = re.compile(r"\.(\d+)\.liggghts$")
@@ -58,7 +59,7 @@ def series_length(path: Path, first: int, step: int) -> int:
 
 def _rows(path: Path, last: int) -> Iterator[tuple[int, int]]:
     """Step of each row up to `last` after the header, and where in the file the row ends."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         header = file.readline()
         columns, end, cut = header.count(b","), len(header), False
         for line in file:
@@ -76,7 +77,7 @@ def _rows(path: Path, last: int) -> Iterator[tuple[int, int]]:
 
 def _dump_is_whole(path: Path) -> bool:
     """As many lines as its header says there are balls."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         header = [file.readline().strip() for _ in range(4)]
         file.seek(0)
         lines = sum(block.count(b"\n") for block in iter(lambda: file.read(_BLOCK_BYTES), b""))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,8 @@ from mill_campaign.cost import Rates, run_time
 from mill_campaign.display import duration
 from mill_campaign.machine import Allocation
 from mill_runs.layout import CASES_FOLDER
+from mill_runs.untrusted import RunFolderError, is_id, read_object
+from mill_runs.writing import write_json
 
 PREDICTED_FILE = "predicted.json"
 
@@ -29,9 +30,7 @@ def record_predictions(
         }
         for x in cases
     }
-    part = runs / f"{PREDICTED_FILE}.part"
-    part.write_text(json.dumps(_read(runs) | entries, indent=1) + "\n")
-    part.replace(runs / PREDICTED_FILE)
+    write_json(runs / PREDICTED_FILE, _read(runs) | entries)
 
 
 def errors(runs: Path) -> dict[str, tuple[float, float]]:
@@ -42,12 +41,15 @@ def errors(runs: Path) -> dict[str, tuple[float, float]]:
     pairs = {}
     for case_id, entry in _read(runs).items():
         try:
-            timing = json.loads((runs / CASES_FOLDER / case_id / "timing.json").read_text())
-            measured = timing["wall_time_s"] * entry["steps"] / timing["steps"]
+            if not is_id(case_id):
+                continue
+            timing = read_object(runs / CASES_FOLDER / case_id / "timing.json", "")
+            of_all = float(entry["steps"]) / float(timing["steps"])
+            measured = float(timing["wall_time_s"]) * of_all
             predicted = float(entry["wall_time_s"])
-        except (OSError, ValueError, KeyError, TypeError, ZeroDivisionError):
+        except (ValueError, KeyError, TypeError, ArithmeticError):
             continue
-        if predicted > 0.0 and 0.0 < measured < math.inf:
+        if 0.0 < predicted < math.inf and 0.0 < measured < math.inf:
             pairs[case_id] = predicted, measured
     return pairs
 
@@ -70,7 +72,6 @@ def error_line(runs: Path) -> str:
 
 def _read(runs: Path) -> dict:
     try:
-        content = json.loads((runs / PREDICTED_FILE).read_text())
-    except (OSError, ValueError):
+        return read_object(runs / PREDICTED_FILE, "")
+    except RunFolderError:
         return {}
-    return content if isinstance(content, dict) else {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import time
 from dataclasses import dataclass
@@ -11,8 +12,9 @@ from pathlib import Path
 from mill_campaign.attempts import read_attempts
 from mill_campaign.case import Case
 from mill_runs.layout import Stage
+from mill_runs.untrusted import open_regular, read_head, read_tail
 
-_THERMO = re.compile(r"^\s+(\d+)\s+\d+\s", re.M)
+_THERMO = re.compile(r"^\s+(\d{1,19})\s+\d+\s", re.M)
 _TAIL_BYTES = 8192
 _HEAD_BYTES = 65536
 # What the engine writes when its files are read and its first step is next.
@@ -64,12 +66,12 @@ def stage_progress(folder: Path, case: Case, stage: Stage) -> Progress:
 def last_value(path: Path, column: str) -> float:
     """The last value of a column of a series that may be growing; 0 before the first full line."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             names = file.readline(_TAIL_BYTES).decode(errors="replace").strip().split(",")
             header_end = file.tell()
-            file.seek(max(header_end, path.stat().st_size - _TAIL_BYTES))
-            lines = file.read().decode(errors="replace").split("\n")[:-1]
-    except FileNotFoundError:
+            file.seek(max(header_end, os.fstat(file.fileno()).st_size - _TAIL_BYTES))
+            lines = file.read(_TAIL_BYTES).decode(errors="replace").split("\n")[:-1]
+    except OSError:
         return 0.0
     rows = [row for row in (line.split(",") for line in lines) if len(row) == len(names)]
     if not rows or column not in names:
@@ -82,22 +84,16 @@ def last_value(path: Path, column: str) -> float:
 
 
 def _last_thermo_step(log: Path) -> int:
-    try:
-        with log.open("rb") as file:
-            file.seek(max(0, log.stat().st_size - _TAIL_BYTES))
-            steps = _THERMO.findall(file.read().decode(errors="replace"))
-    except FileNotFoundError:
-        return 0
+    steps = _THERMO.findall(read_tail(log, _TAIL_BYTES))
     return int(steps[-1]) if steps else 0
 
 
 def _stepping_since(log: Path) -> float:
     """When the run of a log began [s since 1970]; 0 if it has not."""
     try:
-        with log.open("rb") as file:
-            told = _SET_UP.search(file.read(_HEAD_BYTES).decode(errors="replace"))
+        told = _SET_UP.search(read_head(log, _HEAD_BYTES))
         return time.mktime(time.strptime(told[1].strip())) if told else 0.0
-    except (OSError, ValueError, OverflowError):
+    except (ValueError, OverflowError):
         return 0.0
 
 
@@ -105,9 +101,7 @@ def _steps_before(case: Case, part: Path) -> int:
     """Steps counted before the rotation began: a run from a restart file counts on."""
     settled = case["time"]["settle_steps"]
     try:
-        with (part / "series.csv").open(errors="replace") as file:
-            file.readline(_TAIL_BYTES)
-            first = int(file.readline(_TAIL_BYTES).split(",")[0])
-    except (FileNotFoundError, ValueError):
+        first = int(read_head(part / "series.csv", _TAIL_BYTES).split("\n")[1].split(",")[0])
+    except (IndexError, ValueError):
         return 0
     return settled if first >= settled else 0

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
+
+from mill_runs.untrusted import open_regular
 
 _SIGNATURE = re.compile(
     rb"\nmillscale restart step (\d{1,19}) bytes (\d{1,19}) crc32 ([0-9a-f]{8})"
@@ -45,8 +48,8 @@ def read_restart(path: Path) -> RestartFile:
         NotWholeError: it is cut, changed or not signed.
         OSError: it cannot be read.
     """
-    with path.open("rb") as file:
-        size = path.stat().st_size
+    with open_regular(path) as file:
+        size, written = (state := os.fstat(file.fileno())).st_size, state.st_mtime
         file.seek(max(0, size - _LONGEST_SIGNATURE))
         match = _SIGNATURE.search(file.read())
         if not match:
@@ -54,7 +57,7 @@ def read_restart(path: Path) -> RestartFile:
         signed = int(match[2])
         if size != signed + len(match[0]) or _checksum(file, signed) != int(match[3], 16):
             raise NotWholeError(f"{path.name} is not what was written: its signature differs")
-    return RestartFile(path, int(match[1]), path.stat().st_mtime, float(match[4]), float(match[5]))
+    return RestartFile(path, int(match[1]), written, float(match[4]), float(match[5]))
 
 
 def _checksum(file: BinaryIO, size: int) -> int:

@@ -27,6 +27,8 @@ from mill_campaign.parent_death import end_with_parent
 from mill_campaign.resume import OF_ATTEMPTS
 from mill_campaign.stage_work import WORK, Task, is_complete
 from mill_runs.layout import CASE_FILE, STAGES, Stage, stage_of
+from mill_runs.terminal import escape_unencodable
+from mill_runs.untrusted import RunFolderError
 
 INTERRUPTED = 130
 
@@ -176,6 +178,7 @@ def main() -> int:
     parser.add_argument("folder", type=Path, help="case folder with case.json")
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the engine")
     options = parser.parse_args()
+    escape_unencodable()
     for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ending, end_in_order)
     limit_time()
@@ -183,7 +186,7 @@ def main() -> int:
     with suppress(KeyboardInterrupt):
         try:
             code = run_stage(options.folder, options.stage, options.ranks)
-        except CampaignError as error:
+        except (CampaignError, RunFolderError) as error:
             print(f"error: {error}", file=sys.stderr)
             return 2
         record = stage_record.read_record(options.folder)

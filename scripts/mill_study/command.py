@@ -11,7 +11,7 @@ from typing import Any
 
 from rich.console import Console
 
-from mill_analysis.run_folder import RunFolderError, read_json, write_json
+from mill_analysis.run_folder import RunFolderError, read_json
 from mill_analysis.study import published, with_study
 from mill_analysis.study_page import REPORT, RESULTS, build_study
 from mill_bench.record import provenance
@@ -21,6 +21,7 @@ from mill_campaign.folder_lock import hold
 from mill_campaign.machine import CoreWish
 from mill_campaign.placement import OPEN, campaign_time
 from mill_campaign.run_command import Request, check_free_disk, request, run_campaign
+from mill_runs.writing import write_json
 from mill_study.folders import Places, found_cases, record, write_setting
 from mill_study.plan import render, study_plan
 from mill_study.study_file import Setting, StudyFile, load_study

@@ -64,3 +64,31 @@ def test_missing_column_is_named(dump_path):
 def test_missing_dump_says_what_next(tmp_path):
     with pytest.raises(RunFolderError, match=r"no such file; .*millscale run"):
         read_dump(tmp_path / "charge.1.liggghts")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause"),
+    [
+        ("\n11 1 ", "\n12 1 ", "id 12 is there twice"),
+        ("\n11 1 ", "\n0 1 ", "id 0, accepted: whole numbers from 1"),
+        ("\n11 1 ", "\n10.5 1 ", "id 10.5, accepted: whole numbers from 1"),
+        (" 0.05 \n1 1", " 0 \n1 1", "radius 0 of id 2, accepted: above 0"),
+        (" 0.05 \n1 1", " -0.05 \n1 1", "radius -0.05 of id 2, accepted: above 0"),
+        (" 0.05 \n1 1", " nan \n1 1", "not finite"),
+        (" 0.05 \n1 1", " 1e999 \n1 1", "not finite"),
+        ("TIMESTEP\n500", "TIMESTEP\n400", "holds step 400"),
+    ],
+)
+def test_balls_that_cannot_be_are_refused(case, dump_path, old, new, cause):
+    text = dump_path.read_text()
+    old = old.replace("0.05", f"{case['ball']['radius_m']:g}")
+    assert text.count(old) == 1
+    dump_path.write_text(text.replace(old, new))
+    with pytest.raises(RunFolderError, match=cause):
+        read_dump(dump_path)
+
+
+def test_a_name_whose_step_is_no_number_is_no_dump(tmp_path):
+    (tmp_path / "dump").mkdir()
+    (tmp_path / "dump/charge.².liggghts").touch()
+    assert dump_files(tmp_path) == {}

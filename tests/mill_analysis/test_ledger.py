@@ -15,7 +15,7 @@ from mill_analysis.ledger_figures import energy_account
 from mill_analysis.report_figures import charge_images
 from mill_analysis.run_folder import load_finished
 from mill_analysis.series import REQUIRED
-from mill_analysis.untrusted import RunFolderError
+from mill_runs.untrusted import RunFolderError
 
 HEAD = "mill_angle_from_rad,mill_angle_to_rad,pairing,energy_low_J,energy_high_J,impacts,energy_J\n"
 

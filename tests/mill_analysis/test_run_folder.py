@@ -5,7 +5,8 @@ import json
 import pytest
 
 from mill_analysis import RunFolderError
-from mill_analysis.run_folder import case_folders, missing_products, read_json, write_json
+from mill_analysis.run_folder import case_folders, missing_products, read_json
+from mill_runs.writing import write_json
 
 
 def test_written_json_reads_back_and_leaves_no_part(tmp_path):

@@ -68,3 +68,24 @@ def test_two_runs_in_one_file_are_told(folder):
     path.write_text("\n".join([*lines, lines[3]]) + "\n")
     with pytest.raises(RunFolderError, match=r"step goes from .* two runs in one file"):
         read_series(path, "single-ball")
+
+
+@pytest.mark.parametrize("column", [1, 2])
+@pytest.mark.parametrize("change", [0.0, -0.1])
+def test_time_and_mill_angle_must_increase(folder, column, change):
+    path = folder / "series.csv"
+    lines = path.read_text().splitlines()
+    before, cells = (line.split(",") for line in lines[-2:])
+    cells[column] = repr(float(before[column]) + change)
+    lines[-1] = ",".join(cells)
+    path.write_text("\n".join(lines) + "\n")
+    cause = rf"(time_s|mill_angle_rad) goes from .* in line {len(lines)}"
+    with pytest.raises(RunFolderError, match=cause):
+        read_series(path, "single-ball")
+
+
+def test_a_mill_at_rest_stays_at_angle_0(case, tmp_path):
+    columns = usual_motion(case).series()
+    columns["mill_angle_rad"][:3] = 0.0
+    write_series(tmp_path / "series.csv", columns)
+    assert read_series(tmp_path / "series.csv", "single-ball")["mill_angle_rad"][2] == 0.0

@@ -8,8 +8,9 @@ from small_campaign import CHARGE, SINGLE_BALLS
 
 from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
-from mill_campaign.folder_check import check_folder
 from mill_campaign.parameters import parameters_text
+from mill_runs.folder_check import check_folder
+from mill_runs.untrusted import RunFolderError
 
 BALL = SINGLE_BALLS[0]
 
@@ -31,6 +32,9 @@ def victim(tmp_path):
         f"cases/{BALL}/stage.json.part",
         f"cases/{BALL}/out.result",
         f"cases/{BALL}/series.csv",
+        f"cases/{BALL}/rotate.part/dump/charge.000000000.liggghts",
+        f"cases/{BALL}/a/b/c/d/e/f/g/h",
+        ".snakemake/log/a/b/c",
         "settled/0123456789abcdef",
     ],
 )
@@ -38,7 +42,7 @@ def test_a_link_to_outside_is_refused_and_its_target_stays(finished, victim, pla
     (finished.case(BALL) / "result.json").unlink()
     link = finished.runs / place
     link.unlink(missing_ok=True)
-    link.parent.mkdir(exist_ok=True)
+    link.parent.mkdir(parents=True, exist_ok=True)
     link.symlink_to(victim)
     done = finished("run")
     text = done.stdout + done.stderr
@@ -55,7 +59,7 @@ def test_a_link_in_place_of_a_product_is_refused_before_work_and_told_by_verify(
     link = finished.runs / "cases" / place
     link.unlink(missing_ok=True)
     link.symlink_to(victim)
-    with pytest.raises(CampaignError, match="is a link to"):
+    with pytest.raises(RunFolderError, match="is a link to"):
         check_folder(link.parents[1] if link.parent.name == "dump" else link.parent)
     assert ("result.json" in place) == (finished("verify").returncode == 1)
     assert victim.read_text() == "precious"
@@ -78,7 +82,7 @@ def test_links_that_stay_inside_are_accepted(finished):
 
 def test_a_pipe_is_refused_not_waited_for(finished):
     os.mkfifo(finished.case(BALL) / "note")
-    with pytest.raises(CampaignError, match="is a pipe"):
+    with pytest.raises(RunFolderError, match="is a pipe"):
         check_folder(finished.case(BALL))
 
 
