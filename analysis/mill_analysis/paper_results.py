@@ -83,7 +83,9 @@ def _commit() -> str:
     """Commit of the working folder, with a + if files differ from it."""
     try:
         said = [
-            subprocess.run(["git", *words], capture_output=True, text=True, check=True).stdout
+            subprocess.run(
+                ["git", *words], capture_output=True, encoding="utf-8", check=True
+            ).stdout
             for words in (
                 ["rev-parse", "--short=12", "HEAD"],
                 ["status", "--porcelain", "--untracked-files=no"],

@@ -96,7 +96,12 @@ def draw_pictures(folder: Path, mill_angles: Sequence[float], to: Path) -> list[
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow", **os.environ}
     try:
         done = subprocess.run(
-            command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT_S
+            command,
+            env=environment,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=TIME_LIMIT_S,
         )
     except subprocess.TimeoutExpired:
         raise RunFolderError(folder, f"drawing took over {TIME_LIMIT_S} s", _INSTALL) from None

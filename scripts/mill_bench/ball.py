@@ -13,6 +13,7 @@ from mill_analysis.series import Series, read_series
 from mill_bench.running import engine_output, finish_campaign
 from mill_campaign.engine_log import loop_timing
 from mill_campaign.engine_run import find_engine
+from mill_runs.writing import write_text
 
 BALL = Path(__file__).parent / "ball.toml"
 CASE = "sb-cg-paper-S1.000"
@@ -83,7 +84,7 @@ def _prepare(kind: str, folder: Path, console: Console, chord_error: float | Non
     folder.mkdir(parents=True, exist_ok=True)
     campaign = folder / BALL.name
     wall = f'kind = "{kind}"' + (f"\nchord_error_m = {chord_error!r}" if chord_error else "")
-    campaign.write_text(BALL.read_text().replace('kind = "analytic"', wall))
+    write_text(campaign, BALL.read_text(encoding="utf-8").replace('kind = "analytic"', wall))
     finish_campaign(campaign, folder, [CASE], console)
     return folder / "cases" / CASE
 

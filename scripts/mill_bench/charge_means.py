@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import statistics
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,10 +11,13 @@ from rich.console import Console
 
 from mill_bench.running import finish_campaign
 from mill_bench.scenes import MILLS
+from mill_runs.untrusted import read_object
+from mill_runs.writing import write_text
 
 SEEDS = (1, 2, 3)
 QUANTITIES = ("kinetic", "kinetic_rotation", "torque", "power", "centre_x", "centre_z")
 _MULTI_BALL = "[multi_ball]"
+_REMEDY = "millscale bench makes it"
 
 
 @dataclass(frozen=True)
@@ -85,16 +87,16 @@ def _results(name: str, edits: Mapping[str, str], runs: Path, console: Console) 
     folder = runs / f"charge-{name.replace(' ', '-')}"
     folder.mkdir(parents=True, exist_ok=True)
     campaign, content = folder / MILLS.name, edited(edits)
-    if not campaign.exists() or campaign.read_text() != content:
-        campaign.write_text(content)
+    if not campaign.exists() or campaign.read_text(encoding="utf-8") != content:
+        write_text(campaign, content)
     finish_campaign(campaign, folder, [], console)
-    cases = json.loads((folder / "campaign.json").read_text())["cases"]
-    return [json.loads((folder / "cases" / case / "result.json").read_text()) for case in cases]
+    cases = read_object(folder / "campaign.json", _REMEDY)["cases"]
+    return [read_object(folder / "cases" / case / "result.json", _REMEDY) for case in cases]
 
 
 def edited(edits: Mapping[str, str]) -> str:
     """mills.toml with three seeds of the S = 2.6 mill alone, to 8 rad, and the edits."""
-    content = MILLS.read_text()
+    content = MILLS.read_text(encoding="utf-8")
     whole = {
         "S = [1.0, 1.696, 2.6, 4.2, 6.1]": "S = [2.6]",
         "count = [231461, 47446, 13370, 3124, 1020]": f"count = [13370]\nseeds = {list(SEEDS)}",

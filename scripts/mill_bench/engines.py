@@ -13,6 +13,7 @@ from mill_bench.state import State
 from mill_campaign.engine_log import loop_timing
 from mill_campaign.engine_run import find_engine, mpirun_line
 from mill_campaign.errors import CampaignError
+from mill_runs.writing import write_text
 
 DECKS = Path(__file__).parent / "decks"
 
@@ -83,7 +84,7 @@ def time_run(
     for deck in DECKS.glob("*.in"):
         shutil.copyfile(deck, folder / deck.name)
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
-    (folder / "values.in").write_text("".join(lines))
+    write_text(folder / "values.in", "".join(lines))
     line = mpirun_line(engine_of(variant), "bench.in", "log.bench", ranks)
     text = engine_output(line, folder)
     return _phases(text[text.rindex("Loop time of") :])

@@ -19,10 +19,12 @@ from pathlib import Path
 
 from mill_bench.record import provenance
 from mill_campaign.decks import copy_decks
-from mill_campaign.engine_log import loop_timing
+from mill_campaign.engine_log import loop_timing, read_log
 from mill_campaign.engine_run import engine_environment, find_engine
 from mill_campaign.restart_file import read_restart
 from mill_campaign.resume import RESUME_FILE
+from mill_runs.untrusted import read_object, read_tail
+from mill_runs.writing import write_text
 
 NEVER = 10**9
 OCCUPANCY = "fix occupancy"
@@ -45,7 +47,7 @@ def output_cost(case_folder: Path) -> dict:
     Args:
         case_folder: of a multi-ball case, with its restart files.
     """
-    case = json.loads((case_folder / "case.json").read_text())
+    case = read_object(case_folder / "case.json", "millscale generate")
     runs = {
         "none": Output(NEVER, NEVER, True),
         "restarts": Output(RESTART_EVERY, NEVER, True),
@@ -103,7 +105,7 @@ def _run(case: dict, folder: Path, step: int, output: Output) -> tuple[float, fl
     copy_decks(("mill.in",), folder)
     if not output.cross_section:
         deck = folder / "charge_series.in"
-        deck.write_text(deck.read_text().split(OCCUPANCY)[0])
+        write_text(deck, deck.read_text(encoding="utf-8").split(OCCUPANCY)[0])
     done = step - case["time"]["settle_steps"]
     values = {
         "restart_steps": output.restart_every,
@@ -114,15 +116,17 @@ def _run(case: dict, folder: Path, step: int, output: Output) -> tuple[float, fl
     }
     words = [word for name, value in values.items() for word in ("-var", name, str(value))]
     parameters = folder / "parameters.in"
-    kept = [x for x in parameters.read_text().splitlines() if x.split()[1] not in values]
-    parameters.write_text("\n".join(kept) + "\n")
+    kept = [
+        x for x in parameters.read_text(encoding="utf-8").splitlines() if x.split()[1] not in values
+    ]
+    write_text(parameters, "\n".join(kept) + "\n")
     line = [find_engine(), "-in", "mill.in", "-log", "log.cost", *words]
     with (folder / "out").open("wb") as screen:
         process = subprocess.Popen(line, cwd=folder, env=engine_environment(), stdout=screen)
         _, status, usage = os.wait4(process.pid, 0)
-    loop = loop_timing((folder / "log.cost").read_text())
+    loop = loop_timing(read_log(folder / "log.cost"))
     if status or loop is None or loop.steps != STEPS:
-        raise RuntimeError((folder / "out").read_text(errors="replace")[-2000:])
+        raise RuntimeError(read_tail(folder / "out", 2000))
     return usage.ru_utime + usage.ru_stime, loop.share["output"] * loop.loop_time
 
 

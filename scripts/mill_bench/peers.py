@@ -16,6 +16,7 @@ from mill_bench.running import engine_output
 from mill_bench.state import State, read_data
 from mill_campaign.engine_run import mpirun_line
 from mill_campaign.errors import CampaignError
+from mill_runs.writing import write_json, write_text
 
 DECKS = Path(__file__).parent / "decks"
 _LOOP = re.compile(r"^Loop time of (\S+) on \d+ procs", re.M)
@@ -35,7 +36,7 @@ class Timed:
 def lammps(state: State, values: Mapping[str, object], ranks: int, folder: Path) -> Timed:
     """Raises RuntimeError when the engine does not come to its end."""
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
-    (folder / "values.in").write_text("".join(lines))
+    write_text(folder / "values.in", "".join(lines))
     shutil.copyfile(DECKS / "lammps.in", folder / "lammps.in")
     line = mpirun_line(_installed("lmp", "lammps"), "lammps.in", "log.lammps", ranks)
     text = engine_output(line, folder)
@@ -54,10 +55,10 @@ def yade(state: State, values: Mapping[str, object], ranks: int, folder: Path) -
         "damping_ratio": mill_core.damping_ratio(values["restitution_pp"]),
         "length": mill["simulated_length_m"],
     }
-    (folder / "values.json").write_text(json.dumps(of_yade))
+    write_json(folder / "values.json", of_yade)
     balls = read_data(state.data)
     rows = np.column_stack([balls["place"], balls["radius"], balls["velocity"], balls["spin"]])
-    (folder / "balls.json").write_text(json.dumps(rows.tolist()))
+    write_json(folder / "balls.json", rows.tolist())
     shutil.copyfile(DECKS / "yade_drum.py", folder / "yade_drum.py")
     line = [_installed("yade", "yade"), "-n", "-x", "-j", str(ranks), "yade_drum.py"]
     text = engine_output(line, folder)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,8 @@ from mill_bench.running import engine_output, finish_campaign
 from mill_bench.state import STATE_FILE, State, write_data
 from mill_campaign.charge import liner_of
 from mill_campaign.engine_run import find_engine
+from mill_runs.untrusted import read_object
+from mill_runs.writing import write_json
 
 MILLS = Path(__file__).parent / "mills.toml"
 DRUM = Path(__file__).parent / "drum.toml"
@@ -66,8 +67,8 @@ def prepare(scene: Scene, folder: Path, console: Console) -> State:
     if not kept.exists():
         finish_campaign(scene.campaign, folder, [scene.case], console)
         _write_state(case_folder)
-    about = json.loads(kept.read_text())
-    case = json.loads((case_folder / "case.json").read_text())
+    about = read_object(kept, "remove it: millscale bench makes it anew")
+    case = read_object(case_folder / "case.json", "millscale generate")
     return State(
         case,
         (case_folder / STATE_FILE).absolute(),
@@ -86,7 +87,7 @@ def _write_state(case_folder: Path) -> None:
     angle = _ANGLE.findall(text)
     if not angle:
         raise RuntimeError(f"{deck.name} in {case_folder}: {text[-500:]}")
-    case = json.loads((case_folder / "case.json").read_text())
+    case = read_object(case_folder / "case.json", "millscale generate")
     box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
     dump = case_folder / "state.dump"
     balls = write_data(dump, box, case_folder / STATE_FILE)
@@ -95,6 +96,4 @@ def _write_state(case_folder: Path) -> None:
         liner_of(case), box[1], case["wall"]["chord_error_m"], case["wall"]["axial_divisions"]
     )
     write_stl(case_folder / "liner.stl", surface)
-    part = case_folder / "state.json.part"
-    part.write_text(json.dumps({"mill_angle_rad": float(angle[-1]), "balls": balls}) + "\n")
-    part.replace(case_folder / "state.json")
+    write_json(case_folder / "state.json", {"mill_angle_rad": float(angle[-1]), "balls": balls})

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from mill_analysis.dumps import read_dump
+from mill_runs.writing import writing
 
 STATE_FILE = "state.data"
 
@@ -43,21 +45,21 @@ def write_data(dump: Path, box: tuple[float, float], data: Path) -> int:
     order = np.argsort(balls["id"])
     rows = {name: values[order] for name, values in balls.columns.items()}
     rows["diameter"] = 2.0 * rows["radius"]
-    part = data.with_suffix(".part")
-    with part.open("w") as file:
+    with writing(data) as binary:
+        file = io.TextIOWrapper(binary, encoding="ascii", write_through=True)
         file.write(
             f"Balls of a mill in motion\n\n{order.size} atoms\n2 atom types\n\n"
             f"{-half!r} {half!r} xlo xhi\n0.0 {length!r} ylo yhi\n{-half!r} {half!r} zlo zhi\n\n"
         )
         _section(file, "Atoms", rows, ["id", "type", "diameter", "density", "x", "y", "z"])
         _section(file, "Velocities", rows, ["id", "vx", "vy", "vz", "omegax", "omegay", "omegaz"])
-    part.replace(data)
+        file.detach()
     return int(order.size)
 
 
 def read_data(data: Path) -> dict[str, np.ndarray]:
     """Balls of a data file by number: place, velocity, spin (n, 3) [m, m/s, rad/s]; radius (n,)."""
-    text = data.read_text()
+    text = data.read_text(encoding="ascii")
     atoms, _, velocities = text.partition("Atoms\n\n")[2].partition("Velocities\n\n")
     of_atoms, of_velocities = (
         np.array([line.split() for line in part.split("\n") if line.strip()], dtype=float)

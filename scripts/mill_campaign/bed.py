@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mill_campaign.charge import Packing, Room, largest_overlap, periodic_tree
+from mill_runs.untrusted import open_regular
 
 DUMP = "settled.dump"
 HEADER_LINES = 9
@@ -53,7 +55,7 @@ def read_bed(path: Path, length: float) -> tuple[Packing, np.ndarray]:
     Raises:
         ValueError: the file is no dump with the columns `COLUMNS`.
     """
-    with path.open() as stream:
+    with io.TextIOWrapper(open_regular(path), encoding="ascii") as stream:
         header = [next(stream, "") for _ in range(HEADER_LINES)]
         if header[-1].split()[2:] != list(COLUMNS):
             raise ValueError(f"{path}: no dump with the columns {' '.join(COLUMNS)}")

@@ -57,7 +57,11 @@ def node_cores() -> int:
             )
     try:
         done = subprocess.run(
-            ["sinfo", "--noheader", "--format", "%c"], capture_output=True, text=True, timeout=60
+            ["sinfo", "--noheader", "--format", "%c"],
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=60,
         )
         # Nodes of several sizes in one line: "16+".
         return max(int(text.rstrip("+")) for text in done.stdout.split())
@@ -69,7 +73,9 @@ def node_cores() -> int:
 
 def _keeps_accounts() -> bool:
     """Whether `sacct` knows of jobs; if not, the controller does for MinJobAge after their end."""
-    done = subprocess.run(["scontrol", "show", "config"], capture_output=True, text=True)
+    done = subprocess.run(
+        ["scontrol", "show", "config"], capture_output=True, encoding="utf-8", errors="replace"
+    )
     kept = [line for line in done.stdout.splitlines() if line.startswith("AccountingStorageType")]
     return bool(kept) and not kept[0].endswith("/none")
 

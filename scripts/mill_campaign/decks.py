@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 import re
-import shutil
 from pathlib import Path
+
+from mill_runs.untrusted import read_text
+from mill_runs.writing import write_copy
 
 _INCLUDE = re.compile(r"^\s*include\s+(\S+\.in)\b", re.M)
 _VARIABLE = re.compile(r"\$\{\w+\}")
 PARAMETERS_FILE = "parameters.in"
+MOST_DECK_BYTES = 1 << 20
 
 
 def template_folder() -> Path:
     """Where the decks are: beside this file when installed, at the top of the sources otherwise."""
     installed = Path(__file__).parent / "templates"
     return installed if installed.is_dir() else Path(__file__).parents[2] / "templates"
+
+
+def deck_text(path: Path) -> str:
+    """Text of a deck.
+
+    Raises:
+        RunFolderError: not a text of a few pages.
+    """
+    return read_text(
+        path, MOST_DECK_BYTES, "a deck: millscale run copies it anew if it is not there"
+    )
 
 
 def with_included(decks: tuple[str, ...], folder: Path) -> list[str]:
@@ -29,7 +43,7 @@ def with_included(decks: tuple[str, ...], folder: Path) -> list[str]:
         if name in found or name == PARAMETERS_FILE:
             continue
         found.append(name)
-        for included in _INCLUDE.findall((folder / name).read_text()):
+        for included in _INCLUDE.findall(deck_text(folder / name)):
             pattern = _VARIABLE.sub("*", included)
             waiting += (
                 [included] if pattern == included else sorted(p.name for p in folder.glob(pattern))
@@ -41,4 +55,4 @@ def copy_decks(decks: tuple[str, ...], destination: Path) -> None:
     """Copy the decks and what they include; the copies are new files with a new date."""
     templates = template_folder()
     for name in with_included(decks, templates):
-        shutil.copyfile(templates / name, destination / name)
+        write_copy(templates / name, destination / name)

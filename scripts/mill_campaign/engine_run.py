@@ -142,7 +142,7 @@ def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
         env=engine_environment(),
         stdin=subprocess.DEVNULL,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         errors="replace",
     )
     text = done.stdout + done.stderr

@@ -43,7 +43,7 @@ def available_cores() -> int:
     """Cores this process may use: its CPU affinity, lowered by the quota of its container."""
     cores = len(os.sched_getaffinity(0))
     try:
-        quota, period = _QUOTA.read_text().split()
+        quota, period = _QUOTA.read_text(encoding="utf-8").split()
         return max(1, min(cores, math.ceil(int(quota) / int(period))))
     except (OSError, ValueError):
         return cores
@@ -61,7 +61,7 @@ def hardware() -> dict[str, str | int]:
 
 def _cpu_model() -> str:
     try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return "unknown"
     entries = {key.strip(): value.strip() for key, _, value in (x.partition(":") for x in lines)}

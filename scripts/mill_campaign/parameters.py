@@ -8,6 +8,7 @@ from typing import Any
 
 from mill_campaign.case_check import check_word
 from mill_campaign.errors import CampaignError
+from mill_runs.writing import write_text
 
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
@@ -67,7 +68,7 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
 
 def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
     """Write parameters.in of a case to a folder."""
-    (Path(folder) / FILE).write_text(parameters_text(case))
+    write_text(Path(folder) / FILE, parameters_text(case))
 
 
 def parameters_text(case: Mapping[str, Any]) -> str:

@@ -13,9 +13,12 @@ from pathlib import Path
 
 from mill_campaign.machine import Allocation
 from mill_campaign.parent_death import end_with_parent
+from mill_runs.terminal import one_line
+from mill_runs.untrusted import read_tail
 
 SNAKEFILE = Path(__file__).with_name("Snakefile")
 WORKFLOW_LOG = "log.workflow"
+_TAIL_BYTES = 1 << 16
 _ENDING_S = 30.0
 _ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -89,8 +92,8 @@ def run_workflow(
 
 def last_problem(runs: Path) -> str:
     """The last line of Snakemake's log, for a failure that no stage has recorded."""
-    lines = (runs / WORKFLOW_LOG).read_text(errors="replace").strip().splitlines()
-    return lines[-1].strip() if lines else "the workflow ended without a word"
+    lines = read_tail(runs / WORKFLOW_LOG, _TAIL_BYTES).strip().splitlines()
+    return one_line(lines[-1]) if lines else "the workflow ended without a word"
 
 
 @contextmanager

@@ -90,7 +90,7 @@ def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, dict[str, 
 
 def results_text(call: StudyCall) -> str:
     """speed-against-error.json of a study that has been compared."""
-    return (call.runs / REPORT / RESULTS).read_text().rstrip("\n")
+    return (call.runs / REPORT / RESULTS).read_text(encoding="utf-8").rstrip("\n")
 
 
 def _run_settings(

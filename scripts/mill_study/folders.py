@@ -6,7 +6,6 @@ name of its campaign do not.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,8 @@ from mill_campaign.case_check import read_case
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import changed_cases
 from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER, unfinished
+from mill_runs.untrusted import MOST_JSON, read_text
+from mill_runs.writing import write_json, write_text
 from mill_study.study_file import Setting, StudyFile
 
 SETTINGS_FOLDER = "settings"
@@ -100,19 +101,15 @@ def record(study: StudyFile, places: Places) -> None:
         "default": study.default,
         "settings": settings,
     }
-    part = places.runs / f"{STUDY_JSON}.part"
-    part.write_text(json.dumps(content, indent=1) + "\n")
-    part.replace(places.runs / STUDY_JSON)
+    write_json(places.runs / STUDY_JSON, content)
 
 
 def write_setting(setting: Setting, folder: Path) -> Path:
     """Write the campaign file of a setting into its runs folder, if it is not there yet."""
     folder.mkdir(parents=True, exist_ok=True)
     file, text = folder / SETTING_FILE, setting.text()
-    if not file.exists() or file.read_text() != text:
-        part = file.with_suffix(".part")
-        part.write_text(text)
-        part.replace(file)
+    if not file.exists() or read_text(file, MOST_JSON, "remove it") != text:
+        write_text(file, text)
     return file
 
 

@@ -10,6 +10,7 @@ import mill_core
 import numpy as np
 
 from mill_campaign.engine_run import engine_text, find_engine
+from mill_runs.writing import write_text
 from mill_validation.cases import Mill
 from mill_validation.deck import PATHS, material, read_frames, write_balls
 from mill_validation.scenes import Balls
@@ -54,7 +55,7 @@ def collide(folder: Path, mill: Mill, path: str, step: float, oblique: bool) -> 
     box = ((-reach, reach), (0.0, APART * mill.radii[0] * PAIRS), (-reach, reach))
     write_balls(folder / "balls.data", mill, balls, box)
     steps = math.ceil(LOSSY * contact_time(mill) / step)
-    (folder / "collision.in").write_text(_deck(mill, path, step, steps))
+    write_text(folder / "collision.in", _deck(mill, path, step, steps))
     _, cause = engine_text([str(find_engine()), "-in", "collision.in"], folder)
     if cause:
         raise RuntimeError(f"collision on path {path}, step {step:.3g} s: {cause}")

@@ -10,6 +10,7 @@ import numpy as np
 
 from liner_mesh import build_liner_mesh, curvature_deg, write_stl
 from mill_campaign.engine_run import engine_text, find_engine
+from mill_runs.writing import write_text
 from mill_validation.cases import MILL, Case, Mill
 from mill_validation.scenes import SETTLING, Balls
 
@@ -67,7 +68,7 @@ def run_case(folder: Path, case: Case, mill: Mill, balls: Balls, path: str, step
     across = 1.02 * mill.radius
     box = ((-across, across), (0.0, mill.length), (-across, across))
     write_balls(folder / "balls.data", mill, balls, box)
-    (folder / "case.in").write_text(_deck(folder, case, mill, balls, path, step, steps))
+    write_text(folder / "case.in", _deck(folder, case, mill, balls, path, step, steps))
     _, cause = engine_text([str(find_engine()), "-in", "case.in"], folder)
     return Ran(_read_series(folder / "series.csv"), _read_spins(folder), cause)
 
@@ -83,7 +84,7 @@ def write_balls(file: Path, mill: Mill, balls: Balls, box: Box) -> None:
     lines += ["", "Velocities", ""]
     for i, velocity in enumerate(balls.velocity):
         lines.append(f"{i + 1} " + " ".join(repr(float(x)) for x in velocity) + " 0 0 0")
-    file.write_text("\n".join(lines) + "\n")
+    write_text(file, "\n".join(lines) + "\n")
 
 
 def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, steps: int) -> str:
@@ -181,7 +182,9 @@ def _runs(mill: Mill, balls: Balls, step: float, steps: int) -> str:
 def _read_series(file: Path) -> np.ndarray:
     if not file.exists():
         return np.empty((0, len(SERIES)))
-    rows = [line.split() for line in file.read_text().splitlines() if line[:1].isdigit()]
+    rows = [
+        line.split() for line in file.read_text(encoding="utf-8").splitlines() if line[:1].isdigit()
+    ]
     whole = [row for row in rows if len(row) == len(SERIES)]
     return np.array(whole, float).reshape(-1, len(SERIES))
 
@@ -195,7 +198,7 @@ def _read_spins(folder: Path) -> np.ndarray:
 def read_frames(file: Path) -> np.ndarray:
     """(frames, balls, columns) of a dump, balls by the id in their first column; (0, 0, 1) of a
     file whose run was stopped before a frame."""
-    frames, lines = [], file.read_text().splitlines()
+    frames, lines = [], file.read_text(encoding="utf-8").splitlines()
     starts = [i for i, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
     if not starts:
         return np.empty((0, 0, 1))

@@ -4,7 +4,6 @@ writes docs/results/hard-cases.json and docs/hard-cases.md."""
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
 import time
 from collections.abc import Iterator
@@ -14,6 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from mill_bench.record import provenance
+from mill_runs.untrusted import read_object
+from mill_runs.writing import write_json, write_text
 from mill_validation.cases import CASES, Case, Mill, base_campaign, mill_of
 from mill_validation.deck import PATHS, run_case
 from mill_validation.page import page
@@ -168,7 +169,7 @@ def main() -> None:
     cases = tuple(case for case in CASES if given.only in case.name)
     record = provenance() | {"command": "python -m mill_validation.hard_cases"}
     file = given.docs / "results" / "hard-cases.json"
-    before = json.loads(file.read_text()) if file.exists() else {}
+    before = read_object(file, "remove it") if file.exists() else {}
     for found in run_all(cases, tuple(given.path), before):
         write(given.docs, found | {"provenance": record})
 
@@ -176,9 +177,8 @@ def main() -> None:
 def write(docs: Path, document: dict) -> None:
     """The results and the page made of them."""
     (docs / "results").mkdir(parents=True, exist_ok=True)
-    text = json.dumps(document, indent=1, allow_nan=False)
-    (docs / "results" / "hard-cases.json").write_text(text + "\n")
-    (docs / "hard-cases.md").write_text(page(document))
+    write_json(docs / "results" / "hard-cases.json", document)
+    write_text(docs / "hard-cases.md", page(document))
 
 
 if __name__ == "__main__":

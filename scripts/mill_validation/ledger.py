@@ -8,7 +8,6 @@ terms of the last revolution and their closure.
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -25,6 +24,8 @@ from mill_bench.record import provenance
 from mill_campaign.decks import copy_decks
 from mill_campaign.engine_run import engine_text, find_engine
 from mill_campaign.parameters import write_parameters
+from mill_runs.untrusted import read_object
+from mill_runs.writing import write_json, write_text
 
 DECK, BED, PAIR = "mill.in", "settled.restart", "pair_gran.in"
 
@@ -52,13 +53,13 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     Args:
         angle: of the rotation [rad]; None: that of the case.
     """
-    case = json.loads((case_folder / "case.json").read_text())
+    case = read_object(case_folder / "case.json", "millscale generate")
     copy_decks((DECK,), folder)
     write_parameters(with_ledger(case, path, angle), folder)
     shutil.copyfile(case_folder / BED, folder / BED)
-    pair = (folder / PAIR).read_text()
+    pair = (folder / PAIR).read_text(encoding="utf-8")
     damping = "tangential_damping ${tangential_damping}"
-    (folder / PAIR).write_text(pair.replace(damping, f"{damping} {path.words}"))
+    write_text(folder / PAIR, pair.replace(damping, f"{damping} {path.words}"))
     _, cause = engine_text([str(find_engine()), "-in", DECK], folder)
     if cause:
         raise RuntimeError(f"the engine did not come to the end of {DECK}: {cause}")
@@ -116,8 +117,8 @@ def main() -> None:
     arguments.add_argument("--only", choices=PATHS, help="one path; keeps the other's results")
     given = arguments.parse_args()
     paths = [given.only] if given.only else list(PATHS)
-    kept = json.loads(given.to.read_text())["paths"] if given.only and given.to.exists() else {}
-    case = json.loads((given.case / "case.json").read_text())
+    kept = read_object(given.to, "remove it")["paths"] if given.only and given.to.exists() else {}
+    case = read_object(given.case / "case.json", "millscale generate")
     for name in paths:
         with tempfile.TemporaryDirectory(prefix="ledger-") as folder:
             kept[name] = turned(given.case, Path(folder), PATHS[name], given.angle)
@@ -130,8 +131,7 @@ def write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None
     record = provenance() | {"command": "python -m mill_validation.ledger CASE_FOLDER"}
     document = {"schema": 1, "case": case["id"], "S": case["S"], "paths": paths}
     file.parent.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(document | {"provenance": record}, indent=1, allow_nan=False)
-    file.write_text(text + "\n")
+    write_json(file, document | {"provenance": record})
     if "default" in paths:
         energy_account(paths["default"]).savefig(file.with_suffix(".png"), dpi=130)
 

@@ -24,11 +24,11 @@ from mill_analysis.run_folder import (
     load_finished,
     missing_products,
     read_json,
-    write_json,
 )
 from mill_analysis.study import STUDY
 from mill_analysis.study_page import REPORT, RESULTS
 from mill_bench.record import provenance
+from mill_runs.writing import write_json, write_text
 from mill_validation.cases import CASES, REST, Mill, base_campaign, mill_of
 from mill_validation.collision import collide, contact_time
 from mill_validation.deck import PATHS, run_case
@@ -211,7 +211,7 @@ def write(docs: Path, document: Row) -> None:
     """The results, their picture, and the page made of them."""
     write_json(docs / "results" / "time-step.json", document)
     draw(document["rows"], docs / "results" / "time-step.png")
-    (docs / "time-step.md").write_text(page(document))
+    write_text(docs / "time-step.md", page(document))
 
 
 if __name__ == "__main__":
