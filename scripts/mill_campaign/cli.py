@@ -36,6 +36,7 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.failures import SILENCE, TIME_LIMIT_VARIABLE
 from mill_campaign.machine import CoreWish
 from mill_campaign.provenance import COMMAND_VARIABLE
+from mill_runs.layout import CASES_FOLDER
 from mill_runs.terminal import escape_unencodable
 from mill_runs.untrusted import RunFolderError
 
@@ -81,19 +82,40 @@ def plan(file: Campaign, as_json: Json = False) -> None:
 
 @app.command()
 def generate(file: Campaign, runs: RunsOption) -> None:
-    """Write DIR/campaign.json and a case.json per case, and run nothing.
+    """Write a complete folder per case, and run no engine: case.json, mesh, charge, decks, and
+    mpirun.sh with the engine's runs.
 
-    A case.json that would not change is left alone. Example: `millscale generate
-    campaigns/quick.toml --runs runs/quick`
+    `cd DIR/cases/ID && sh mpirun.sh` then simulates the case, without Python, and `millscale run`,
+    `status` and `report` use what it made. What would not change is left alone.
+
+    Example: `millscale generate campaigns/quick.toml --runs runs/quick`
     """
+    from mill_campaign.display import counting
     from mill_campaign.folder_lock import hold
     from mill_campaign.generate import generate as write_cases
+    from mill_campaign.prepare import prepare
     from mill_campaign.run_command import request
 
-    request(file, runs, [], CoreWish())
-    with hold(runs):
-        cases = write_cases(file, runs)
-    typer.echo(f"{runs}: {len(cases)} cases; next: millscale run {file} --runs {runs}")
+    asked = request(file, runs, [], CoreWish())
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
+    try:
+        with hold(runs), counting(console_of(stderr=True), "folders") as count:
+            cases = write_cases(file, runs)
+            folders = {runs / CASES_FOLDER / x.id: asked.allocation.ranks[x.id] for x in cases}
+            made, failed = prepare(folders, count)
+    except KeyboardInterrupt:
+        typer.echo(
+            "interrupted: folders made are kept, the same command makes the others", err=True
+        )
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    for line in failed:
+        typer.echo(line, err=True)
+    if failed:
+        raise typer.Exit(EXIT_FAILED)
+    typer.echo(f"{runs}: {len(cases)} cases, {made} folders made, {len(cases) - made} as they were")
+    first, line = shlex.quote(str(next(iter(folders)))), ["millscale", "run", file, "--runs", runs]
+    typer.echo(f"next: {shlex.join(map(str, line))}, or in a case folder: sh mpirun.sh, as in")
+    typer.echo(f"  (cd {first} && sh mpirun.sh)")
 
 
 @app.command()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
 
 from rich.console import Console, Group
 from rich.live import Live
+from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
@@ -28,6 +29,7 @@ STATE_COLOURS = {
 }
 _MOST_ROWS = 24
 _REFRESH_S = 1.0
+_LINE_S = 10.0
 _LINE_EVERY_S = 30.0
 
 
@@ -53,6 +55,25 @@ def watching(
             live.update(_view(runs, cases, allocation), refresh=True)
 
         yield _Paced(_REFRESH_S, show)
+
+
+@contextmanager
+def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how many of how many are done: a bar, or lines outside a terminal."""
+    if console.is_terminal:
+        with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
+            task = bar.add_task(what, total=None)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+        return
+    shown = time.monotonic()
+
+    def line(done: int, total: int) -> None:
+        nonlocal shown
+        if time.monotonic() - shown > _LINE_S:
+            shown = time.monotonic()
+            console.print(f"{done} of {total} {what}", markup=False, highlight=False)
+
+    yield line
 
 
 def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Table:

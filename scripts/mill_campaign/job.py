@@ -53,7 +53,7 @@ def bring(folder: Path, ranks: int) -> int:
 def run_job(folders: list[Path], ranks: int) -> int:
     """Run the cases of a job; returns the exit code of the module's docstring."""
     if len(folders) > 1:
-        _load()
+        load()
     lost = False
     for folder in folders:
         code = _in_child(lambda folder=folder: bring(folder, ranks))
@@ -66,7 +66,7 @@ def run_job(folders: list[Path], ranks: int) -> int:
     return 1 if lost else 0
 
 
-def _load() -> None:
+def load() -> None:
     """Load what the stages use, once for all cases."""
     import mill_analysis
 

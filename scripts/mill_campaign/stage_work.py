@@ -78,10 +78,12 @@ def charge(task: Task) -> None:
 
 
 def deck(task: Task) -> None:
+    from mill_campaign.mpirun_script import write_script
     from mill_campaign.parameters import write_parameters
 
     copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
     write_parameters(task.case, task.part)
+    write_script(task.case, task.ranks, task.part)
     if task.case["deck"]["dumps"] == "on":
         # The engine makes no folders: here for those who run the deck by hand.
         (task.part / DUMP_FOLDER).mkdir()

@@ -1,9 +1,12 @@
 """Errors, exit codes and the dry run of the command line."""
 
 import json
+from itertools import takewhile
 
 import pytest
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
+
+from mill_runs.layout import STAGES
 
 
 def test_dry_run_prints_stages_and_mpirun_lines_and_writes_nothing(millscale):
@@ -94,10 +97,38 @@ def test_plan_prints_json_rows(millscale):
     assert [row["id"] for row in rows] == [*SINGLE_BALLS, CHARGE]
 
 
-def test_generate_writes_cases_and_runs_nothing(millscale):
+def test_generate_makes_complete_folders_and_runs_no_engine(millscale):
+    done = millscale("generate")
+    assert done.returncode == 0 and "3 cases, 3 folders made, 0 as they were" in done.stdout
+    assert (millscale.runs / "campaign.json").exists()
+    for case_id, kind in ((SINGLE_BALLS[0], "single-ball"), (CHARGE, "multi-ball")):
+        before_engine = takewhile(lambda stage: not stage.deck, STAGES[kind])
+        products = {product for stage in before_engine for product in stage.products}
+        names = {path.name for path in millscale.case(case_id).iterdir()}
+        assert {"case.json", "mpirun.sh", *products} <= names
+        assert not {"series.csv", "settled.restart", "result.json"} & names
+    assert (millscale.case(CHARGE) / "dump").is_dir()
+
+
+def test_generate_again_touches_nothing(millscale):
     assert millscale("generate").returncode == 0
-    written = {path.name for path in millscale.runs.glob("cases/*/*")}
-    assert written == {"case.json"} and (millscale.runs / "campaign.json").exists()
+    before = millscale.dates()
+    done = millscale("generate")
+    assert "3 cases, 0 folders made, 3 as they were" in done.stdout
+    assert millscale.dates() == before
+
+
+def test_generate_names_the_stage_that_failed(millscale):
+    assert millscale("generate").returncode == 0
+    folder = millscale.case(CHARGE)
+    (folder / "mesh.json").unlink()
+    (folder / "mesh.part").write_text("in the way of the stage")
+    done = millscale("generate")
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"{CHARGE}: mesh failed: ") and "to do: " in line
+    (folder / "mesh.part").unlink()
+    assert "3 cases, 1 folders made, 2 as they were" in millscale("generate").stdout
 
 
 def test_status_of_waiting_and_finished_cases(finished):

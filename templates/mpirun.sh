@@ -1,0 +1,113 @@
+#!/bin/sh
+# @title@
+#
+# Needs mpirun and the engine; no Python. In this folder:
+#   sh mpirun.sh                    @ranks@ MPI ranks
+#   RANKS=N sh mpirun.sh            N MPI ranks
+#   LIGGGHTS_MILL=FILE sh mpirun.sh the engine, if it is not liggghts_mill on the PATH
+#   sh mpirun.sh OPTION ...         options for mpirun, such as --oversubscribe
+# Repeat the command to go on with a run that was ended early. The lines it runs:
+@lines@
+set -eu
+
+ranks=${RANKS:-@ranks@}
+engine=${LIGGGHTS_MILL:-@engine@}
+export OMP_NUM_THREADS=1
+if [ "$(id -u)" -eq 0 ]; then
+    # Open MPI refuses root without these.
+    export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+fi
+
+stop() {
+    echo "mpirun.sh: $*" >&2
+    exit 1
+}
+
+# Value of a variable of parameters.in.
+value() {
+    awk -v name="$1" '$1 == "variable" && $2 == name { print $4 }' parameters.in
+}
+
+# Whether a log is that of a run that came to its end.
+finished() {
+    [ -e "$1" ] && grep -q '^Loop time of' "$1" &&
+        ! grep -q -e '^ERROR' -e 'SIGINT/SIGTERM caught' "$1"
+}
+
+# Whether a log, which repeats parameters.in, is of this case as it is now.
+of_this_case() {
+    [ -e "$1" ] && grep -q "^variable case_digest string $(value case_digest)" "$1"
+}
+
+# Step and name of each of these restart files that is whole: the engine signs those at their end.
+whole() {
+    for file in "$@"; do
+        [ -e "$file" ] || continue
+        signature=$(tail -n 1 "$file" | LC_ALL=C sed -n '/^millscale restart step [0-9]* bytes /p')
+        bytes=$(echo "$signature" | cut -d ' ' -f 6)
+        if [ "$(wc -c <"$file")" -eq $((${bytes:-0} + ${#signature} + 2)) ]; then
+            echo "$(echo "$signature" | cut -d ' ' -f 4) $file"
+        fi
+    done
+}
+
+# Prepare the run of a log: anew, or with resume=1 from the newest restart file between two steps
+# that a start which was ended early has left.
+begin() {
+    log=$1 resume=
+    newest=$(whole mill.1.restart mill.2.restart resume.restart |
+        awk -v first="$2" -v last="$3" '$1 > first && $1 <= last' | sort -n | tail -n 1)
+    # The log of each start is kept, with the signature of the file that the next one went on from.
+    count=1
+    while [ -e "$log.$count" ]; do count=$((count + 1)); done
+    if [ -e "$log" ]; then
+        latest=$log
+    else
+        count=$((count - 1))
+        latest=$log.$count
+    fi
+    if [ -z "$newest" ] || [ ! -e "$latest" ] || finished "$latest"; then
+        [ ! -e series.csv ] || stop "series.csv is there, and no restart file: move it to begin anew"
+        rm -f mill.1.restart mill.2.restart resume.restart "$log".[0-9]*
+        return
+    fi
+    of_this_case "$latest" ||
+        stop "$latest is not of this case, so its restart files are not: move all to begin anew"
+    ranks=$(sed -n 's/^ *1 by \([0-9]*\) by 1 MPI processor grid.*/\1/p' "$latest" | head -n 1)
+    [ "${RANKS:-$ranks}" = "$ranks" ] ||
+        stop "begun with RANKS=$ranks; RANKS=$RANKS would change the results"
+    if [ "$latest" = "$log" ]; then
+        mv "$log" "$log.$count"
+        tail -n 1 "${newest#* }" >>"$log.$count"
+    fi
+    [ "${newest#* }" = resume.restart ] || mv "${newest#* }" resume.restart
+    rm -f restart_forced_liggghts_*
+    for series in series.csv ledger.csv; do
+        [ -e "$series" ] || continue
+        # The engine appends the rows after that step.
+        awk -F , -v last="${newest% *}" 'NR == 1 { columns = NF; print; next }
+            NF == columns && $1 + 0 <= last' "$series" >"$series.part"
+        mv "$series.part" "$series"
+    done
+    resume=1
+    echo "mpirun.sh: goes on from step ${newest% *} (${newest#* })"
+}
+
+[ -e parameters.in ] || stop "no parameters.in here: change to the case folder first"
+for program in mpirun "$engine"; do
+    command -v "$program" >/dev/null || stop "no $program on the PATH (LIGGGHTS_MILL names the engine)"
+done
+for part in settle.part rotate.part; do
+    [ ! -e "$part" ] || stop "$part is of a millscale run: go on with that, or delete $part"
+done
+if command -v flock >/dev/null; then
+    # The lock of millscale run. The engine inherits it.
+    exec 9>>.millscale.lock
+    flock -n 9 || stop "another run is in this folder: $(cat .millscale.lock)"
+    echo "process $$ on $(uname -n) since $(date '+%Y-%m-%d %H:%M:%S')" >.millscale.lock
+fi
+# Steps of the engine at the begin and the end of the rotation.
+first=$(value settle_steps)
+last=$((first + $(value rest_steps) + $(value rotation_steps)))
+
+@stages@
