@@ -112,6 +112,8 @@ def _spectrum(path: Path, rows: list[dict[str, str]]) -> dict[str, list[float]]:
     try:
         turned = [float(r["mill_angle_to_rad"]) - float(r["mill_angle_from_rad"]) for r in rows]
         values = np.array([[float(r[name]) for name in columns] for r in rows])
+        if not np.isfinite([*turned, *values.ravel()]).all():
+            raise ValueError("a number is not finite")
     except (KeyError, ValueError) as error:
         raise RunFolderError(path, f"a row is not whole: {error}", _REMEDY) from None
     if not turned or min(turned) <= 0.0:

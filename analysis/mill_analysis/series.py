@@ -47,6 +47,11 @@ REQUIRED = {
         "residual_J",
     ),
 }
+# Of a plain drum, and of a charge without a bed.
+_MAY_BE_NAN = {
+    *("box_fixed_mass_fraction", "box_rotating_mass_fraction"),
+    *("toe_angle_rad", "shoulder_angle_rad"),
+}
 _REMEDY = "run the case again: millscale run FILE --runs DIR --only ID"
 
 
@@ -67,9 +72,11 @@ def read_series(path: Path, kind: str) -> Series:
         raise RunFolderError(
             path, f"no column {', '.join(missing)}; columns are {', '.join(names)}", _REMEDY
         )
+    if len(set(names)) < len(names):
+        raise RunFolderError(path, "two columns have the same name", _REMEDY)
     rows = _rows(path, lines[1:], len(names))
     series = {name: rows[:, i] for i, name in enumerate(names)}
-    _check(path, series, kind)
+    _check(path, series)
     return series
 
 
@@ -86,18 +93,17 @@ def _rows(path: Path, lines: list[str], columns: int) -> np.ndarray:
                 _REMEDY,
             )
     try:
-        return np.loadtxt(lines, delimiter=",", ndmin=2)
+        return np.loadtxt(lines, delimiter=",", ndmin=2, comments=None)
     except ValueError as error:
         raise RunFolderError(path, f"a value is not a number: {error}", _REMEDY) from None
 
 
-def _check(path: Path, series: Series, kind: str) -> None:
-    for name in REQUIRED[kind]:
-        bad = np.flatnonzero(~np.isfinite(series[name]))
+def _check(path: Path, series: Series) -> None:
+    for name, values in series.items():
+        accepted = np.isfinite(values) | (name in _MAY_BE_NAN and np.isnan(values))
+        bad = np.flatnonzero(~accepted)
         if bad.size:
-            raise RunFolderError(
-                path, f"{name} is {series[name][bad[0]]} in line {bad[0] + 2}", _REMEDY
-            )
+            raise RunFolderError(path, f"{name} is {values[bad[0]]} in line {bad[0] + 2}", _REMEDY)
     for name in _MOTION:
         before, after = series[name][:-1], series[name][1:]
         at_rest = (name == "mill_angle_rad") & (before == 0.0) & (after == 0.0)

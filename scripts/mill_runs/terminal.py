@@ -7,7 +7,11 @@ import sys
 
 
 def one_line(text: str) -> str:
-    """Text in one line, without the characters that a terminal obeys."""
+    """Text in one line, without the characters that a terminal obeys.
+
+    Bytes of file names that the locale could not decode are taken for UTF-8.
+    """
+    text = text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
     return " ".join("".join(x if x.isprintable() else " " for x in text).split())
 
 

@@ -89,3 +89,34 @@ def test_a_mill_at_rest_stays_at_angle_0(case, tmp_path):
     columns["mill_angle_rad"][:3] = 0.0
     write_series(tmp_path / "series.csv", columns)
     assert read_series(tmp_path / "series.csv", "single-ball")["mill_angle_rad"][2] == 0.0
+
+
+def test_two_columns_of_a_name_and_a_row_that_looks_like_a_comment_are_refused(folder):
+    path = folder / "series.csv"
+    text = path.read_text()
+    path.write_text(text.replace(",x_m,", ",x_m,x_m,").replace("\n", ",0\n"))
+    with pytest.raises(RunFolderError, match="two columns have the same name"):
+        read_series(path, "single-ball")
+    lines = text.splitlines()
+    path.write_text("\n".join([*lines[:9], f"#{lines[9]}", *lines[10:]]) + "\n")
+    with pytest.raises(RunFolderError, match="a value is not a number"):
+        read_series(path, "single-ball")
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "accepted"),
+    [
+        ("largest_overlap_m", "nan", False),
+        ("toe_angle_rad", "nan", True),
+        ("toe_angle_rad", "inf", False),
+    ],
+)
+def test_only_what_a_mill_may_be_without_is_nan(case, tmp_path, column, value, accepted):
+    columns = usual_motion(case).series()
+    columns[column] = np.full_like(columns["step"], float(value))
+    write_series(tmp_path / "series.csv", columns)
+    if accepted:
+        assert np.isnan(read_series(tmp_path / "series.csv", "single-ball")[column]).all()
+    else:
+        with pytest.raises(RunFolderError, match=f"{column} is {value} in line 2"):
+            read_series(tmp_path / "series.csv", "single-ball")
