@@ -19,6 +19,9 @@ struct PolarCells {
   double reach;  ///< [m]
 };
 
+/// A grid of more cells than this has none that a ball of any mill fills.
+inline constexpr std::size_t most_cells = 10'000'000;
+
 /// One cell: its borders over `reach` and from the vertical [rad]; its share of solid volume.
 struct OccupancyCell {
   double radius_low, radius_high, angle_low, angle_high, solid_fraction;
@@ -35,6 +38,11 @@ class OccupancyGrid {
     if (cells.rings == 0 || cells.sectors == 0)
       throw std::invalid_argument("rings and sectors must be > 0, got " +
                                   std::to_string(cells.rings) + " and " +
+                                  std::to_string(cells.sectors));
+    if (cells.rings > most_cells / cells.sectors)
+      throw std::invalid_argument("rings times sectors must be <= " + std::to_string(most_cells) +
+                                  ", which take 80 MB on every rank, got " +
+                                  std::to_string(cells.rings) + " times " +
                                   std::to_string(cells.sectors));
     if (!(cells.reach > 0.0))
       throw std::invalid_argument("R - a must be > 0 m, got " + format(cells.reach));

@@ -26,6 +26,7 @@
 #include "fix_pair_memories.h"
 #include "fix_wall_mill.h"
 #include "lammps.h"
+#include "mesh_file.h"
 #include "modify.h"
 #include "pair_gran_fast.h"
 
@@ -61,6 +62,31 @@ Compute* create_compute(LAMMPS* engine, int iarg, int narg, char** arg)
   return new Style(engine, iarg, narg, arg);
 }
 
+/// The engine's own creators of fixes mesh/surface....
+FixMap& mesh_fixes()
+{
+  static FixMap creators;
+  return creators;
+}
+
+/// Of any style mesh/surface...; modules that have no name in the map go by `mesh/surface`.
+Fix* create_mesh_fix(LAMMPS* engine, int narg, char** arg)
+{
+  LAMMPS_NS::check_mesh_file(engine, narg, arg);
+  const auto found = mesh_fixes().find(arg[2]);
+  const auto create = found != mesh_fixes().end() ? found->second : mesh_fixes().at("mesh/surface");
+  return create(engine, narg, arg);
+}
+
+void check_mesh_files(FixMap& fixes)
+{
+  for (auto& [style, create] : fixes)
+    if (style.rfind("mesh/surface", 0) == 0) {
+      mesh_fixes()[style] = create;
+      create = &create_mesh_fix;
+    }
+}
+
 }  // namespace
 
 namespace millscale {
@@ -68,6 +94,7 @@ namespace millscale {
 void register_styles(LAMMPS& engine)
 {
   FixMap& fixes = *(engine.modify->*fix_map_member());
+  check_mesh_files(fixes);
   fixes["mill/similarity"] = &create_fix<LAMMPS_NS::FixMillSimilarity>;
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;

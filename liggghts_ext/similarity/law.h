@@ -107,7 +107,8 @@ inline void check(const OperatingPoint& physical, const ScalingRequest& request)
     throw std::invalid_argument(
         "speed: Froude number omega^2 R / g = " + format(fr) +
         " is 1 or more, the mill centrifuges and no ball detaches. Was the speed meant in rpm? "
-        "Pass allow_centrifuging to run it all the same");
+        "To run it all the same: `centrifuging allow` in a deck, allow_centrifuging = true in a "
+        "campaign file");
 }
 
 }  // namespace detail

@@ -12,6 +12,7 @@
 #include "group.h"
 #include "liner_arguments.h"
 #include "modify.h"
+#include "same_liner.h"
 #include "update.h"
 
 using namespace LAMMPS_NS;
@@ -93,6 +94,7 @@ void ComputeMillCharge::init()
     sums_ = std::make_unique<charge::ChargeSums>(
         charge::Plan{liner::Liner(widths_), mill_fix_->scaled().mill.ball_radius,
                      mill_fix_->gravity(), box_angle_.value_or(widths_.phase)});
+    LinerOfWalls(modify, mill_id_).require_same(widths_);
   } catch (const std::invalid_argument& problem) {
     error->compute_error(FLERR, this, problem.what());
   }

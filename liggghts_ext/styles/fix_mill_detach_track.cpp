@@ -17,6 +17,7 @@
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "modify.h"
+#include "same_liner.h"
 #include "tri_mesh.h"
 #include "update.h"
 
@@ -132,6 +133,13 @@ void FixMillDetachTrack::init()
                                 millscale::format(mill_.radius) + " m, got " +
                                 millscale::format(lifter_top_radius_) + " m";
     error->fix_error(FLERR, this, message.c_str());
+  }
+  try {
+    LinerOfWalls(modify, mill_id_)
+        .require_same_lifters(
+            {mill_.radius, lifter_top_radius_, 0.0, 0.0, mill_.lifters, mill_.phase});
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
   }
 }
 

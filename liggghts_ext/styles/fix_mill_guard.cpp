@@ -18,6 +18,7 @@
 #include "modify.h"
 #include "neigh_list.h"
 #include "pair.h"
+#include "same_liner.h"
 #include "update.h"
 
 using namespace LAMMPS_NS;
@@ -101,6 +102,7 @@ void FixMillGuard::init()
     across_ = millscale::cross(mill_fix_->axis(), mill_fix_->down());
     speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);
     wall_ = std::make_unique<charge::WallGuard>(liner::Liner(widths_), overlap_limit_);
+    LinerOfWalls(modify, mill_id_).require_same(widths_);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }

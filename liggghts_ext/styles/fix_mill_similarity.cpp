@@ -11,8 +11,10 @@
 #include "error.h"
 #include "fix_mesh_surface.h"
 #include "force.h"
+#include "group.h"
 #include "modify.h"
 #include "multi_vector_container.h"
+#include "one_per_ball.h"
 #include "tri_mesh.h"
 #include "update.h"
 
@@ -188,6 +190,11 @@ void FixMillSimilarity::pre_delete(bool unfixflag)
 
 void FixMillSimilarity::init()
 {
+  try {
+    require_one_per_ball(*this, modify, atom, group, world);
+  } catch (const std::invalid_argument& problem) {
+    fail(problem.what());
+  }
   rotation_.renumber(last_step_, update->ntimestep);
   rotation_.set_step_size(update->ntimestep, update->dt);
   last_step_ = update->ntimestep;

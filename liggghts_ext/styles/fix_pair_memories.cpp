@@ -33,6 +33,15 @@ FixPairMemories::~FixPairMemories()
   }
 }
 
+/// The pair style keeps a pointer to this fix and never asks whether it is still there.
+void FixPairMemories::pre_delete(bool by_unfix)
+{
+  if (by_unfix)
+    error->fix_error(FLERR, this,
+                     "the contacts of pair_style gran need it, it cannot be removed; leave out "
+                     "`unfix`, and the pair style removes it when another takes its place");
+}
+
 /// Files of a step are written from the history, and delete_atoms asks for it between runs.
 void FixPairMemories::pre_exchange()
 {

@@ -23,6 +23,7 @@ class FixPairMemories : public FixContactHistory {
   FixPairMemories(class LAMMPS*, int, char**);
   ~FixPairMemories() override;
 
+  void pre_delete(bool by_unfix) override;
   void pre_exchange() override;
   void setup_pre_exchange() override;
   double memory_usage() override;

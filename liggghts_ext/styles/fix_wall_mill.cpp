@@ -11,9 +11,11 @@
 #include "first_fix.h"
 #include "fix_mill_ledger.h"
 #include "fix_mill_similarity.h"
+#include "group.h"
 #include "liner_arguments.h"
 #include "modify.h"
 #include "neighbor.h"
+#include "one_per_ball.h"
 #include "update.h"
 
 using namespace LAMMPS_NS;
@@ -128,6 +130,7 @@ int FixWallMill::setmask()
 void FixWallMill::init()
 {
   try {
+    require_one_per_ball(*this, modify, atom, group, world);
     make_liner();
     check_box();
     check_balls_fit();

@@ -38,6 +38,9 @@ class FixWallMill : public FixPerBallRows {
   void post_force(int) override;
   double compute_vector(int) override;
 
+  const std::string& mill_id() const { return mill_id_; }
+  const millscale::liner::Widths& widths() const { return widths_; }
+
   /// Adds the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
   /// the forces, and those of `groove` if they touched a groove. marks: of the rank's own balls.
   void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;

@@ -76,6 +76,7 @@ def again_deck(contacts, options, deck):
     if "curvature" in words:
         wall = mesh_wall(float(words[words.index("curvature") + 1]))
     material = MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
-    drive = wall_and_drive(S, "constant-gravity", wall, "now", "")
+    lifters = f"lifters 25 lifter_top_radius {3.61 / S!r}"
+    drive = wall_and_drive(S, "constant-gravity", wall, "now", lifters)
     again = f"{HEAD}read_restart half.restart\n{material}{drive}"
     return with_contacts(again, contacts, options)
