@@ -18,25 +18,26 @@ inline bool overlap(const Balls& balls, int i, int j)
   return apart_square(balls, i, j) < radii * radii;
 }
 
-/// Gives the contact of ball i with the ball of this name, if they are a pair of i and touch, its
-/// memory on i times `sign`. Whether they are.
+/// Restores the contact history of ball i with the ball of this tag: `memory` times `sign`, if the
+/// pair is listed under i and overlaps. Returns true if that is the contact's only entry: one with
+/// a ghost has a second, under the ball that the ghost is an image of.
 inline bool remember(HalfList& list, const Balls& balls, const int* tag, int i, int name,
                      const double* memory, double sign)
 {
-  bool found = false;
+  bool only = false;
   for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry) {
     const int j = list.other[entry];
     if (tag[j] != name || !overlap(balls, i, j)) continue;
     list.touching[entry] = 1;
     for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * memory[d];
-    found = true;
+    only = j < balls.owned;
   }
-  return found;
+  return only;
 }
 
-/// Contacts keep their memory from list to list, whatever the balls are numbered in the new one.
-/// Either ball may have the pair now: the one that had it is asked first. `now`: index in the new
-/// list of each owned ball of the old, or `absent`.
+/// Carries the contact histories from list to list, whatever the balls are numbered in the new one.
+/// Either ball may have the pair now; both have it once one of them has left through a periodic end
+/// of the same rank. `now`: index in the new list of each owned ball of the old, or `absent`.
 inline void carry(const HalfList& old, const Tags& old_tag, const std::vector<int>& now,
                   HalfList& list, const Balls& balls, const int* tag)
 {

@@ -157,6 +157,32 @@ TEST(Carry, AGhostThatHasComeToStayBringsItsContactsWithThoseThatWereHere)
   EXPECT_GT(of_newcomers, 30);
 }
 
+TEST(Carry, AContactThatAPeriodicEndCutsKeepsItsHistoryOnBothBalls)
+{
+  constexpr double length = 1.0;
+  Rank old;
+  old.cloud.add({0.0, 0.0, 0.0}, 0.02);
+  old.cloud.add({0.0, 0.03, 0.0}, 0.02);
+  old.tag = {7, 8};
+  old.make_list();
+  ASSERT_EQ(old.list.entries, 1);
+  old.list.touching[0] = 1;
+  for (int d = 0; d < 3; ++d) old.list.displacement[d] = 1e-6 * (d + 1);
+  const Known known = known_of(old);
+
+  Rank rank;  // the first ball has left through the lower end and come in at the upper one
+  rank.cloud.add({0.0, length, 0.0}, 0.02);
+  rank.cloud.add({0.0, 0.03, 0.0}, 0.02);
+  rank.cloud.add({0.0, 0.0, 0.0}, 0.02);
+  rank.cloud.add({0.0, length + 0.03, 0.0}, 0.02);
+  rank.cloud.ghosts = 2;
+  rank.tag = {7, 8, 7, 8};
+  rank.make_list();
+  carry(old.list, old.tag, {0, 1}, rank.list, rank.cloud.view(), rank.tag.data());
+  EXPECT_EQ(rank.list.entries, 2);
+  EXPECT_EQ(expect_known(rank, known), 2);
+}
+
 TEST(Carry, BallsThatPartForget)
 {
   Rank old = dense_rank();
