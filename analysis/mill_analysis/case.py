@@ -26,7 +26,7 @@ _RESULT_OF = {"single-ball": single_ball_result, "multi-ball": charge_result}
 
 
 def analyse_case(folder: Path) -> dict[str, Any]:
-    """Analyse a case folder from its case.json and series.csv, and write its result.json.
+    """Analyse a case folder from its case.json and series.csv; writes nothing.
 
     Returns:
         The content of result.json.
@@ -50,7 +50,6 @@ def analyse_case(folder: Path) -> dict[str, Any]:
     if case.get("deck", {}).get("ledger") == "on":
         with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):
             result["ledger"] = ledger_result(folder)
-    write_json(folder / RESULT, result)
     return result
 
 
@@ -61,6 +60,7 @@ def main(arguments: list[str] | None = None) -> int:
     folder = parser.parse_args(arguments).folder
     try:
         result = analyse_case(folder)
+        write_json(folder / RESULT, result)
     except RunFolderError as error:
         print(error, file=sys.stderr)
         return 1

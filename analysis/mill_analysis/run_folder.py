@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mill_analysis.case_check import check_case
+from mill_runs.current import why_stale
+from mill_runs.layout import STAGES
 from mill_runs.terminal import one_line
 from mill_runs.untrusted import RunFolderError, is_id, read_object
 
@@ -69,13 +71,32 @@ def load_timing(folder: Path) -> dict[str, Any]:
 
 
 def load_finished(folder: Path) -> FinishedCase:
-    """All JSON files of a finished case."""
+    """All JSON files of a finished case.
+
+    Raises:
+        RunFolderError: one is missing or damaged, or was not made from this case.json.
+    """
+    case = load_case(folder)
+    check_current(folder, case)
     return FinishedCase(
         folder,
-        load_case(folder),
+        case,
         read_json(folder / RESULT, f"python -m mill_analysis.case {folder}"),
         load_timing(folder),
     )
+
+
+def check_current(folder: Path, case: dict[str, Any], upto: str = "result") -> None:
+    """Refuse products that were not made from the case.json and the other files beside them.
+
+    Args:
+        upto: the last stage whose products are read.
+
+    Raises:
+        RunFolderError: says what has changed.
+    """
+    if case["kind"] in STAGES and (reason := why_stale(folder, case["kind"], upto)):
+        raise RunFolderError(folder, f"stale: {reason}", f"run it again: {_run(folder)}")
 
 
 def case_folders(runs: Path) -> list[Path]:

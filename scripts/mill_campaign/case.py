@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,12 +20,11 @@ from mill_campaign.output_size import check_budget, output_bytes
 from mill_campaign.provenance import installed_version
 from mill_campaign.time_step import Step, steps_of
 from mill_campaign.wall_panels import wall_part
+from mill_runs.case_digest import case_digest
 
 SCHEMA = 1
 SHORT_KIND = {"single-ball": "sb", "multi-ball": "mb"}
 SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
-# Parts that inform: a case need not run again because their wording or numbers change.
-SAID = ("digest", "model", "predicted", "versions", "warnings")
 
 
 @dataclass(frozen=True)
@@ -102,13 +100,6 @@ def case_id(model: Model, seed: int) -> str:
     return f"{name}-seed{seed}" if several else name
 
 
-def digest(document: Mapping[str, Any]) -> str:
-    """Hash of all that decides a case: everything but what is only said about it."""
-    content = {key: value for key, value in document.items() if key not in SAID}
-    text = json.dumps(content, sort_keys=True, allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
 def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
     study = model.study
     time = parts.time_part(campaign, model, step)
@@ -147,7 +138,7 @@ def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
         "versions": {"millscale": installed_version()},
     }
     document["predicted"] = _predicted(document)
-    document["digest"] = digest(document)
+    document["digest"] = case_digest(document)
     return Case(document)
 
 

@@ -2,51 +2,107 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-import os
-from collections.abc import Mapping
+import shlex
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from mill_campaign.case import SCHEMA, Case, cases_of, digest
+from mill_campaign.case import SCHEMA, Case, cases_of
 from mill_campaign.case_check import CASE_ID
 from mill_campaign.config import Campaign
 from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
 from mill_campaign.provenance import installed_version
+from mill_runs.case_digest import case_digest
+from mill_runs.digests import digest_of
 from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
+from mill_runs.untrusted import MOST_JSON, RunFolderError, read_object, read_text
+from mill_runs.writing import write_text
 
 # The campaign file as it was when the cases were written.
 CAMPAIGN_COPY = "campaign.toml"
-# A hundred thousand ids.
-LARGEST_SUMMARY_BYTES = 1 << 23
 
 
-def generate(campaign_file: str | Path, runs: str | Path) -> list[Case]:
+def generate(
+    campaign_file: str | Path, runs: str | Path, only: Collection[str] | None = None
+) -> list[Case]:
     """Resolve a campaign; write campaign.json, a copy of the file and a case.json for each case.
 
-    A case.json is touched only if something that decides the case has changed: its date tells the
-    workflow what to run again. Folders of cases that left the campaign stay. Nothing is written
-    if the campaign is not accepted.
+    A case.json is touched only if something that decides the case has changed. Folders of cases
+    that left the campaign stay. Nothing is written if the campaign is not accepted.
+
+    Args:
+        only: ids of the cases whose case.json may be replaced; one that is not there yet is written
+            all the same. None: every case.
 
     Returns:
         The cases, in the order of the campaign.
 
     Raises:
-        CampaignError: the campaign is not accepted.
+        CampaignError: the campaign is not accepted, or the folder is another campaign's.
     """
     campaign = load_campaign(campaign_file)
     cases = cases_of(campaign)
     runs = Path(runs)
+    check_owner(campaign, cases, runs)
     for case in cases:
         folder = runs / CASES_FOLDER / case.id
         folder.mkdir(parents=True, exist_ok=True)
-        if _digest_of(folder / CASE_FILE) != case["digest"]:
-            _write(folder / CASE_FILE, case.text())
+        found = _digest_of(folder / CASE_FILE)
+        chosen = only is None or case.id in only or found is None
+        if chosen and found != case["digest"]:
+            write_text(folder / CASE_FILE, case.text())
     _write_if_new(runs / CAMPAIGN_COPY, Path(campaign_file).read_text(encoding="utf-8"))
     _write_if_new(runs / CAMPAIGN_FILE, json.dumps(_summary(campaign, cases), indent=2) + "\n")
     return cases
+
+
+def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:
+    """Refuse a runs folder of another campaign, or one whose campaign file was edited in it.
+
+    A campaign is known by its name and its physical mill: everything else may be changed.
+
+    Raises:
+        CampaignError: says what differs and what to do.
+    """
+    owner = _owner(cases, runs)
+    if owner is None:
+        return
+    other = "another folder after --runs: a runs folder belongs to one campaign"
+    if owner["name"] != campaign.name:
+        cause = f'belongs to campaign "{owner["name"]}", {campaign.file} is "{campaign.name}"'
+        raise CampaignError(runs, "", cause, other)
+    physical = json.loads(json.dumps(cases[0]["physical"]))
+    for key, value in physical.items():
+        if (found := owner["physical"].get(key, value)) != value:
+            cause = f"belongs to another physical mill: its {key} is {found!r:.60}, not {value!r}"
+            raise CampaignError(runs, "", cause, other)
+    copy = runs / CAMPAIGN_COPY
+    if owner["copy"] and copy.is_file():
+        text = campaign.file.read_text(encoding="utf-8")
+        if digest_of(copy) not in (owner["copy"], _sha256(text)):
+            where = shlex.quote(str(copy))
+            remedy = f"mv {where} mine.toml and run that, or rm {where} to give up the changes"
+            raise CampaignError(copy, "", "changed by hand, and would be overwritten", remedy)
+
+
+def _owner(cases: list[Case], runs: Path) -> dict[str, Any] | None:
+    """Name, physical mill and digest of the campaign file that a runs folder was made for; of a
+    folder without campaign.json, those of its first case. None for a new folder."""
+    if (runs / CAMPAIGN_FILE).exists():
+        summary = read_summary(runs)
+        physical = summary.get("physical")
+        if isinstance(physical, Mapping):
+            return {"name": summary["name"], "physical": physical, "copy": summary.get("copy")}
+    folders = (runs / CASES_FOLDER / case.id for case in cases)
+    for document in filter(None, (_document(folder / CASE_FILE) for folder in folders)):
+        physical = document.get("physical")
+        if isinstance(physical, Mapping) and isinstance(document.get("campaign"), str):
+            return {"name": document["campaign"], "physical": physical, "copy": None}
+    return None
 
 
 def read_summary(runs: Path) -> dict[str, Any]:
@@ -57,14 +113,13 @@ def read_summary(runs: Path) -> dict[str, Any]:
     """
     accepted = "a folder made by `millscale generate` or `run`"
     path = runs / CAMPAIGN_FILE
+    if not path.exists():
+        raise CampaignError(runs, "", f"no {CAMPAIGN_FILE} in it", accepted)
     try:
-        with path.open("rb") as file:
-            summary = json.loads(file.read(LARGEST_SUMMARY_BYTES))
-        name, ids = summary["name"], summary["cases"]
-    except OSError:
-        raise CampaignError(runs, "", f"no {CAMPAIGN_FILE} in it", accepted) from None
-    except (ValueError, TypeError, KeyError, RecursionError):
-        raise CampaignError(path, "", "not understood", accepted) from None
+        summary = read_object(path, accepted)
+    except RunFolderError as error:
+        raise CampaignError(path, "", error.cause, error.remedy) from None
+    name, ids = summary.get("name"), summary.get("cases")
     if not isinstance(name, str) or not isinstance(ids, list):
         raise CampaignError(path, "", "not understood", accepted)
     for case_id in ids:
@@ -87,6 +142,9 @@ def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
         "about": campaign.about,
         "file": campaign.file.name,
         "cases": [case.id for case in cases],
+        "digests": {case.id: case["digest"] for case in cases},
+        "physical": cases[0]["physical"],
+        "copy": _sha256(campaign.file.read_text(encoding="utf-8")),
         "run": {"ranks": campaign.ranks, "jobs": campaign.jobs},
         "versions": {"millscale": installed_version()},
     }
@@ -94,24 +152,23 @@ def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
 
 def _digest_of(path: Path) -> str | None:
     """Digest of a case.json's content as it stands, so that an edited file counts as changed."""
+    document = _document(path)
+    return case_digest(document) if document else None
+
+
+def _document(path: Path) -> Mapping[str, Any] | None:
     try:
-        document = json.loads(path.read_text())
-    except (OSError, ValueError, RecursionError):
+        return read_object(path, "", MOST_JSON)
+    except RunFolderError:
         return None
-    return digest(document) if isinstance(document, Mapping) else None
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _write_if_new(path: Path, text: str) -> None:
-    with suppress(OSError):
-        if path.read_text() == text:
+    with suppress(RunFolderError):
+        if read_text(path, MOST_JSON, "") == text:
             return
-    _write(path, text)
-
-
-def _write(path: Path, text: str) -> None:
-    """Write under another name, then rename: a reader never sees half a file."""
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    # A link of that name would lead elsewhere.
-    part.unlink(missing_ok=True)
-    part.write_text(text)
-    part.replace(path)
+    write_text(path, text)

@@ -25,7 +25,8 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.jobs import job_named, read_jobs
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
-from mill_runs.layout import CASE_FILE, CASES_FOLDER, unfinished
+from mill_runs.current import unfinished
+from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES
 from mill_runs.terminal import escape_unencodable
 from mill_runs.untrusted import RunFolderError
 
@@ -42,7 +43,10 @@ def bring(folder: Path, ranks: int) -> int:
         ranks: MPI ranks, for the stages that run the engine.
     """
     kind = read_case(folder / CASE_FILE)["kind"]
-    for stage, _ in unfinished(folder, kind):
+    for stage in STAGES[kind]:
+        # Asked anew: an earlier stage may have made again the very files that this one has read.
+        if all(left != stage for left, _ in unfinished(folder, kind)):
+            continue
         limit_time()
         code = run_stage(folder, stage.name, ranks)
         if code:

@@ -16,7 +16,8 @@ from mill_campaign.machine import available_cores
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stage_record import read_record
 from mill_campaign.stages import run_stage
-from mill_runs.layout import CASE_FILE, unfinished
+from mill_runs.current import unfinished
+from mill_runs.layout import CASE_FILE
 
 
 def prepare(ranks: Mapping[Path, int], made: Callable[[int, int], None]) -> tuple[int, list[str]]:

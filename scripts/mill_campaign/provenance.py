@@ -1,12 +1,11 @@
-"""provenance.json of a case folder: for each finished stage, with what it was made, and digests.
+"""What provenance.json says of a stage that ends: with what it was made, and digests of its files.
 
-Digests are SHA-256 of whole files. They are taken when a stage ends; `millscale verify` and the
-stages that read a product compare them.
+`mill_runs.current` asks by these digests what is done; the stages that read a product and
+`millscale verify` compare them.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import platform
@@ -23,11 +22,10 @@ from typing import Any
 
 from mill_campaign.engine_log import engine_version
 from mill_campaign.machine import hardware
+from mill_runs.case_digest import case_digest
+from mill_runs.digests import digest_of, files_of
+from mill_runs.provenance import read_provenance
 
-PROVENANCE_FILE = "provenance.json"
-SCHEMA = 1
-# Ten thousand dumps take a megabyte.
-LARGEST_BYTES = 1 << 26
 BUILD_FILE = "build.json"
 # The command line that a person typed; `millscale run` hands it down to the stages.
 COMMAND_VARIABLE = "MILLSCALE_COMMAND"
@@ -39,31 +37,19 @@ class DamagedFileError(RuntimeError):
     """A file is not what a stage made."""
 
 
-def digest_of(path: Path) -> str:
-    """SHA-256 of a file, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:
-    """The names that are files, and the files in those that are folders; links are left out."""
-    for name in sorted(names):
-        path = folder / name
-        if path.is_symlink():
-            continue
-        if path.is_dir():
-            yield from files_of(folder, (f"{name}/{x.name}" for x in path.iterdir()))
-        elif path.is_file():
-            yield name
-
-
 def stage_provenance(
-    folder: Path, inputs: Iterable[str], made: Mapping[str, Path], log: Path, ranks: int
+    folder: Path,
+    case: Mapping[str, Any],
+    inputs: Iterable[str],
+    made: Mapping[str, Path],
+    log: Path,
+    ranks: int,
 ) -> dict[str, Any]:
     """What provenance.json says of a stage that is about to publish its products.
 
     Args:
         folder: case folder, with the inputs.
+        case: content of its case.json.
         made: files and folders of files the stage publishes, by name.
         log: of the engine; need not exist.
     """
@@ -79,6 +65,7 @@ def stage_provenance(
         "command": os.environ.get(COMMAND_VARIABLE, ""),
         "stage_command": shlex.join(sys.argv),
         "ended": time.time(),
+        "case": case_digest(case),
         "inputs": {name: digest_of(folder / name) for name in files_of(folder, inputs)},
         "products": {
             name: digest_of(path.parent / name)
@@ -159,30 +146,6 @@ def _engine() -> dict[str, str]:
     return {"path": str(path), "sha256": digest_of(path)}
 
 
-def read_provenance(folder: Path) -> dict[str, Any]:
-    """Stage name -> what provenance.json says of it; empty if there is none that can be read."""
-    try:
-        with (folder / PROVENANCE_FILE).open("rb") as file:
-            content = json.loads(file.read(LARGEST_BYTES))
-        stages = content["stages"]
-        fits = content["schema"] == SCHEMA and all(_fits(x) for x in stages.values())
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        return {}
-    return stages if fits else {}
-
-
-def _fits(stage: Any) -> bool:
-    """Whether digests of files inside the folder are there."""
-    parts = [stage["inputs"], stage["products"]]
-    return all(
-        isinstance(digest, str)
-        and name.isprintable()
-        and not {"", ".", ".."}.intersection(name.split("/"))
-        for part in parts
-        for name, digest in part.items()
-    )
-
-
 def check_inputs(folder: Path, inputs: Iterable[str]) -> None:
     """Refuse inputs that are not what an earlier stage made; decks may be edited by hand.
 
@@ -195,10 +158,3 @@ def check_inputs(folder: Path, inputs: Iterable[str]) -> None:
                 raise DamagedFileError(
                     f"{name} does not match its digest: it is not the file that stage {stage} made"
                 )
-
-
-def write_provenance(folder: Path, part: Path, name: str, stage: dict[str, Any]) -> None:
-    """Write provenance.json with the record of one more stage to `part`, to be published."""
-    stages = read_provenance(folder) | {name: stage}
-    content = {"schema": SCHEMA, "stages": stages}
-    (part / PROVENANCE_FILE).write_text(json.dumps(content, indent=1) + "\n")

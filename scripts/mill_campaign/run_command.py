@@ -17,7 +17,7 @@ from mill_campaign.display import duration, problems, status_table, watching
 from mill_campaign.engine_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
-from mill_campaign.generate import changed_cases, generate
+from mill_campaign.generate import changed_cases, check_owner, generate
 from mill_campaign.jobs import Job, jobs_of, write_jobs
 from mill_campaign.machine import Allocation, CoreWish, hardware
 from mill_campaign.output_size import check_disk
@@ -32,7 +32,9 @@ from mill_campaign.workflow import (
     run_workflow,
     snakemake_line,
 )
-from mill_runs.layout import CASES_FOLDER, Stage, unfinished
+from mill_runs import digests
+from mill_runs.current import unfinished
+from mill_runs.layout import CASES_FOLDER, Stage
 
 _MOST_JOBS_TOLD = 20
 
@@ -68,7 +70,9 @@ def request(
         CampaignError: wrong campaign, unknown id, more cores than there are.
     """
     campaign = load_campaign(file)
-    cases = _chosen(cases_of(campaign), only)
+    every = cases_of(campaign)
+    cases = _chosen(every, only)
+    check_owner(campaign, every, runs)
     rates = learned((runs / CASES_FOLDER).glob("*"), hardware()["cpu"])
     usual = CoreWish(campaign.ranks, campaign.jobs)
     if cluster:
@@ -139,12 +143,14 @@ def run_campaign(asked: Request, console: Console) -> bool:
     """Generate the campaign and run what is missing; True if every chosen case has its result."""
     find_engine()
     with hold(asked.runs) as lock:
-        generate(asked.file, asked.runs)
+        generate(asked.file, asked.runs, [case.id for case in asked.cases])
         for case in asked.cases:
             if note := attempt_note(asked.runs / CASES_FOLDER / case.id, case.document):
                 console.print(f"{case.id}: {note}", markup=False, highlight=False, soft_wrap=True)
         code = _run_jobs(asked, console, lock)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
+    for case in asked.cases:
+        digests.keep(asked.runs / CASES_FOLDER / case.id)
     console.print(status_table(statuses))
     for line in problems(asked.runs, statuses):
         console.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -29,6 +29,7 @@ class StageRecord:
         log: file in the case folder that tells more.
         kind, advice: what kind of failure it is, and what to do; empty unless it failed.
         host: machine of the process.
+        case: digest of what decides the case it works on.
     """
 
     stage: str
@@ -42,6 +43,7 @@ class StageRecord:
     kind: str = ""
     advice: str = ""
     host: str = ""
+    case: str = ""
 
     def alive(self) -> bool:
         """Whether the process that works on the stage still exists; of another machine's, none
@@ -54,8 +56,8 @@ class StageRecord:
             return False
 
 
-def begin(folder: Path, stage: str) -> StageRecord:
-    """Record that this process works on a stage from now on."""
+def begin(folder: Path, stage: str, case: str = "") -> StageRecord:
+    """Record that this process works on a stage of a case of that digest from now on."""
     process = psutil.Process()
     record = StageRecord(
         stage,
@@ -65,6 +67,7 @@ def begin(folder: Path, stage: str) -> StageRecord:
         process=os.getpid(),
         process_started=process.create_time(),
         host=socket.gethostname(),
+        case=case,
     )
     _write(folder, record)
     return record

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from mill_campaign.attempts import digests, read_attempts
-from mill_campaign.decks import copy_decks
+from mill_campaign.decks import copy_decks, with_included
 from mill_campaign.engine_log import loop_timing, read_log
 from mill_campaign.engine_run import DeckRun, find_engine, run_deck
 from mill_campaign.output_files import check_output
 from mill_campaign.resume import RESTART_FILES, Run, begin, look
 from mill_campaign.timing import Before, timing_record
-from mill_runs.layout import DUMP_FOLDER, Stage, unfinished
+from mill_runs.current import unfinished
+from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, Stage
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,14 @@ def run_of(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> R
     return Run(folder / f"{stage.name}.part", inputs, settled, steps, ranks)
 
 
+def inputs_of(stage: Stage, folder: Path) -> list[str]:
+    """Files that a stage reads: those of its table, what its deck includes, an account of the
+    energy."""
+    included = with_included((stage.deck,), folder) if stage.deck else []
+    ledger = LEDGER_FILES if stage.name == "result" else ()
+    return sorted({*stage.inputs, *included, *ledger})
+
+
 def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:
     return sorted({*folder.glob("*.in"), *(folder / name for name in stage.inputs)})
 
@@ -192,8 +201,7 @@ def _bed_record(task: Task) -> dict:
 def result(task: Task) -> None:
     from mill_analysis import analyse_case
 
-    analyse_case(task.folder)
-    (task.folder / "result.json").replace(task.part / "result.json")
+    _write_json(task.part / RESULT_FILE, analyse_case(task.folder))
 
 
 def _write_json(path: Path, content: dict) -> None:

@@ -25,8 +25,10 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.resume import OF_ATTEMPTS
-from mill_campaign.stage_work import WORK, Task, is_complete
+from mill_campaign.stage_work import WORK, Task, inputs_of, is_complete
+from mill_runs.case_digest import case_digest
 from mill_runs.layout import CASE_FILE, STAGES, Stage, stage_of
+from mill_runs.provenance import read_provenance, write_provenance
 from mill_runs.terminal import escape_unencodable
 from mill_runs.untrusted import RunFolderError
 
@@ -47,7 +49,7 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
     stage = stage_of(case["kind"], name)
     screen = folder / f"out.{name}"
     with hold(folder) as lock:
-        record, kills = stage_record.begin(folder, name), failures.memory_kills()
+        record, kills = stage_record.begin(folder, name, case_digest(case)), failures.memory_kills()
         task = Task(stage, case, folder, folder / f"{name}.part", ranks, lock, screen)
         try:
             with _output_to(screen):
@@ -103,8 +105,10 @@ def _work(task: Task) -> None:
 def _record_provenance(task: Task) -> None:
     # A log of an earlier run would say that the engine had run.
     log = task.folder / task.log if task.stage.deck else task.part / task.log
-    made = provenance.stage_provenance(task.folder, task.stage.inputs, _made(task), log, task.ranks)
-    provenance.write_provenance(task.folder, task.part, task.stage.name, made)
+    made = provenance.stage_provenance(
+        task.folder, task.case, inputs_of(task.stage, task.folder), _made(task), log, task.ranks
+    )
+    write_provenance(task.part, read_provenance(task.folder) | {task.stage.name: made})
 
 
 def _made(task: Task) -> dict[str, Path]:
@@ -123,8 +127,6 @@ def _publish(task: Task) -> None:
         target = task.folder / name
         if target.is_dir():
             shutil.rmtree(target)
-        # An earlier attempt may have made it, before an input got a new date.
-        os.utime(task.part / name)
         (task.part / name).replace(target)
 
 

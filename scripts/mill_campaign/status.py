@@ -13,14 +13,9 @@ from mill_campaign.failures import ADVICE, KILLED, NO_PROGRESS, SILENCE, UNKNOWN
 from mill_campaign.generate import read_summary
 from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
-from mill_runs.layout import (
-    CASE_FILE,
-    CASES_FOLDER,
-    DUMP_FOLDER,
-    STAGES,
-    Stage,
-    unfinished,
-)
+from mill_runs.case_digest import case_digest, is_outdated
+from mill_runs.current import unfinished
+from mill_runs.layout import CASE_FILE, CASES_FOLDER, DUMP_FOLDER, STAGES, Stage
 
 # Lines of its log an engine may be late with before its silence counts.
 _FEW_ROWS = 5.0
@@ -75,22 +70,28 @@ def campaign_cases(runs: Path) -> list[Path]:
 
 def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
     """Status of every case of a runs folder; `silence` as in `case_status`."""
-    return [
-        case_status(folder, Case.load(folder / CASE_FILE), silence)
-        for folder in campaign_cases(runs)
-    ]
+    summary = read_summary(runs)
+    statuses = []
+    for case_id in summary["cases"]:
+        folder = runs / CASES_FOLDER / case_id
+        case = Case.load(folder / CASE_FILE)
+        statuses.append(case_status(folder, case, silence, is_outdated(summary, case.document)))
+    return statuses
 
 
-def case_status(folder: Path, case: Case, silence: float = SILENCE) -> CaseStatus:
+def case_status(
+    folder: Path, case: Case, silence: float = SILENCE, outdated: bool = False
+) -> CaseStatus:
     """Status of one case.
 
     Args:
         folder: case folder.
         silence: an engine that writes nothing for so long makes no progress [s].
+        outdated: the campaign has another case.json for it, which the next run will write.
     """
     kind, balls = case.kind, case["ball"]["count"]
-    left = [stage for stage, _ in unfinished(folder, kind)]
-    record = _record_of_next(folder, left)
+    left = [stage for stage, _ in unfinished(folder, kind, case_changed=outdated)]
+    record = None if outdated else _record_of_next(folder, left, case)
     state = _state(left, record)
     now = Progress(0, 0.0)
     if left and left[0].deck and state in ("running", "failed", "interrupted"):
@@ -161,12 +162,12 @@ def _time_left(particle_steps: int, rate: float | None, now: Progress) -> float 
     return max(0.0, particle_steps / rate - (time.time() - now.at)) if rate else None
 
 
-def _record_of_next(folder: Path, left: list[Stage]) -> StageRecord | None:
+def _record_of_next(folder: Path, left: list[Stage], case: Case) -> StageRecord | None:
     """The record of the stage that comes next, unless the case has changed since."""
     record = read_record(folder)
     if not left or not record or record.stage != left[0].name:
         return None
-    changed = (folder / CASE_FILE).stat().st_mtime > max(record.started, record.ended)
+    changed = record.case and record.case != case_digest(case.document)
     return None if changed else record
 
 

@@ -12,14 +12,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from mill_campaign.case import SAID, Case, cases_of
+from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
 from mill_campaign.decks import PARAMETERS_FILE, template_folder
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import CAMPAIGN_COPY, read_summary
 from mill_campaign.parameters import parameters_text
-from mill_campaign.provenance import digest_of, files_of, read_provenance
+from mill_runs.case_digest import SAID
+from mill_runs.digests import digest_of, files_of
 from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES
+from mill_runs.provenance import read_provenance
 
 _MOST_KEYS = 3
 

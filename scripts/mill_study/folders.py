@@ -10,11 +10,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mill_campaign.case import Case, digest
+from mill_campaign.case import Case
 from mill_campaign.case_check import read_case
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import changed_cases
-from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER, unfinished
+from mill_runs.case_digest import case_identity
+from mill_runs.current import unfinished
+from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
 from mill_runs.untrusted import MOST_JSON, read_text
 from mill_runs.writing import write_json, write_text
 from mill_study.study_file import Setting, StudyFile
@@ -22,7 +24,6 @@ from mill_study.study_file import Setting, StudyFile
 SETTINGS_FOLDER = "settings"
 STUDY_JSON = "study.json"
 SETTING_FILE = "setting.toml"
-_NAMES = ("id", "campaign")
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str,
 
 def identity(case: Case) -> str:
     """Hash of all that decides a case but its names."""
-    return digest({key: value for key, value in case.document.items() if key not in _NAMES})
+    return case_identity(case.document)
 
 
 def record(study: StudyFile, places: Places) -> None:

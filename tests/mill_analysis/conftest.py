@@ -9,13 +9,12 @@ from synthetic_case import (
     POLICIES,
     SCHEMES,
     case_document,
+    finish_case,
     write_campaign,
     write_case,
 )
 from synthetic_charge import write_charge
 from synthetic_throw import write_throws
-
-from mill_analysis import analyse_case
 
 
 @pytest.fixture
@@ -42,7 +41,7 @@ def runs(tmp_path_factory) -> Path:
                 folders.append(write_case(runs, case, usual_motion(case).series()))
         folders.append(write_charge(runs, scheme))
     for folder in folders:
-        analyse_case(folder)
+        finish_case(folder)
     write_campaign(runs, [folder.name for folder in folders])
     return runs
 

@@ -10,6 +10,13 @@ from typing import Any
 import mill_core
 import numpy as np
 
+from mill_analysis import analyse_case
+from mill_runs.case_digest import case_digest
+from mill_runs.digests import digest_of
+from mill_runs.layout import STAGES
+from mill_runs.provenance import write_provenance
+from mill_runs.writing import write_json
+
 PHYSICAL = mill_core.OperatingPoint(radius=3.9, ball_radius=0.02, gravity=9.81, omega=1.0)
 LINER = mill_core.Liner(3.9, 3.61, 0.25, 0.635, 25)
 SHORT = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
@@ -108,6 +115,38 @@ def write_case(runs: Path, case: dict[str, Any], columns: dict[str, np.ndarray])
     timing = timing_document(case["ball"]["count"], int(columns["step"][-1]))
     (folder / "timing.json").write_text(json.dumps(timing))
     return folder
+
+
+def finish_case(folder: Path) -> dict[str, Any]:
+    """Analyse a case folder and record how everything in it was made, as the stages do.
+
+    Returns:
+        The content of result.json.
+    """
+    result = analyse_case(folder)
+    write_json(folder / "result.json", result)
+    record_stages(folder)
+    return result
+
+
+def record_stages(folder: Path) -> None:
+    """provenance.json of a finished case; products that are not there count as removed since."""
+    case = json.loads((folder / "case.json").read_text())
+
+    def digest(name: str) -> str:
+        return digest_of(folder / name) if (folder / name).exists() else "removed"
+
+    write_provenance(
+        folder,
+        {
+            stage.name: {
+                "case": case_digest(case),
+                "inputs": {name: digest(name) for name in stage.inputs},
+                "products": {name: digest(name) for name in stage.products},
+            }
+            for stage in STAGES[case["kind"]]
+        },
+    )
 
 
 def write_series(path: Path, columns: dict[str, np.ndarray]) -> None:

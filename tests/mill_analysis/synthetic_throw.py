@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.path import Path as Polygon
-from synthetic_case import case_document, write_campaign, write_case
+from synthetic_case import case_document, finish_case, write_campaign, write_case
 from synthetic_charge import charge_columns, write_liner
 from synthetic_shapes import packed_bed
 
-from mill_analysis import analyse_case
 from mill_analysis.cross_section import liner_outline
 from mill_analysis.curtain import Lifters
 
@@ -105,7 +104,7 @@ def write_throws(runs: Path) -> Path:
         )
     ]
     for folder in folders:
-        analyse_case(folder)
+        finish_case(folder)
     write_campaign(runs, [folder.name for folder in folders])
     return runs
 

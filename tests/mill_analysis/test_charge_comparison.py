@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from synthetic_case import write_campaign
+from synthetic_case import finish_case, record_stages, write_campaign
 from synthetic_throw import (
     CURTAIN_BALLS,
     DROP,
@@ -18,7 +18,7 @@ from synthetic_throw import (
     write_throw,
 )
 
-from mill_analysis import analyse_case, charge_pair
+from mill_analysis import charge_pair
 from mill_analysis.charge_comparison import compare_charges, twin_of
 from mill_analysis.charge_models import reference_of, seeds_of
 from mill_analysis.paper_results import load_charges, main
@@ -163,7 +163,7 @@ def test_runs_without_states_and_box_are_compared_as_far_as_they_go(tmp_path):
         for S in (1.0, 2.6)
     ]
     for folder in folders:
-        analyse_case(folder)
+        finish_case(folder)
     write_campaign(tmp_path, [folder.name for folder in folders])
     charges = load_charges([tmp_path])[0]
     row = next(row for row in compare_charges(charges).rows if row["S"] > 1.0)
@@ -180,7 +180,7 @@ def test_dumps_at_other_mill_angles_are_not_compared(tmp_path):
         step = int(dump.name.split(".")[1])
         dump.rename(dump.with_name(f"charge.{step + 1000:09d}.liggghts"))  # 0.16 rad later
     for folder in folders:
-        analyse_case(folder)
+        finish_case(folder)
     write_campaign(tmp_path, [folder.name for folder in folders])
     row = compare_charges(load_charges([tmp_path])[0]).rows[1]
     assert row["contour_error_mean"] is None
@@ -220,6 +220,7 @@ def test_the_bed_at_rest_is_told_from_the_settling(throws, tmp_path):
     shutil.copytree(throws, tmp_path / "runs")
     settled = {"schema": 1, "largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
     (tmp_path / "runs/cases" / SCALED / "settled.json").write_text(json.dumps(settled))
+    record_stages(tmp_path / "runs/cases" / SCALED)
     rows = {row["id"]: row for row in compare_charges(load_charges([tmp_path / "runs"])[0]).rows}
     assert rows[SCALED]["settled"] == {"largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
     assert rows[REFERENCE]["settled"] == dict.fromkeys(rows[SCALED]["settled"])

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from synthetic_case import write_series
+from synthetic_case import finish_case, write_series
 from synthetic_charge import write_charge
 
 from mill_analysis.case import analyse_case
@@ -124,7 +124,6 @@ def test_a_case_with_an_account_has_it_in_its_result(tmp_path, ledger):
     result = analyse_case(folder)["ledger"]
     assert result["closure"] == pytest.approx(0.01, rel=1e-6)
     assert set(result["impacts"]) == set(PAIRINGS)
-    assert json.loads((folder / "result.json").read_text())["ledger"] == result
 
 
 def test_the_figure_shows_every_cause_as_a_share_of_the_work(ledger, tmp_path):
@@ -151,6 +150,6 @@ def test_the_report_of_a_case_with_an_account_has_the_figure(tmp_path, ledger):
     (folder / "case.json").write_text(json.dumps(case | {"deck": {"ledger": "on"}}))
     write_series(folder / "ledger.csv", ledger)
     _impacts(folder / "impacts.csv", ROWS)
-    analyse_case(folder)
+    finish_case(folder)
     images = charge_images(load_finished(folder), tmp_path)
     assert [image.path.name for image in images.series][-1] == f"{folder.name}-ledger.png"

@@ -7,6 +7,7 @@ import shutil
 from html.parser import HTMLParser
 
 import pytest
+from synthetic_case import record_stages
 
 from mill_analysis import RunFolderError, build_report, report, report_figures
 from mill_analysis.campaign import load_campaign
@@ -132,6 +133,7 @@ def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
     shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
     (copy / "cases/sb-cs-paper-S1.000/series.csv").unlink()
     (copy / "cases/sb-cg-corrected-S1.300/result.json").write_text('{"schema": 1,')
+    record_stages(copy / "cases/sb-cg-corrected-S1.300")
     failed = copy / "cases/sb-cs-corrected-S1.300"
     (failed / "timing.json").unlink()
     record = {"stage": "rotate", "state": "failed", "cause": "lost ball: 1 <i>", "advice": "look"}

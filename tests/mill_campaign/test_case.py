@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from paper_campaign import MULTI_BALL, cases
 
-from mill_campaign.case import Case, digest
+from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
+from mill_runs.case_digest import case_digest
 
 EVERY_SCHEME = {"scaling__schemes": ["constant-gravity", "constant-speed"]}
 EVERY_POLICY = {"scaling__policies": ["offset-liner", "corrected", "paper"]}
@@ -194,14 +195,14 @@ def test_a_case_survives_its_file(tmp_path):
         path = tmp_path / "case.json"
         path.write_text(case.text())
         assert Case.load(path) == case
-        assert digest(Case.load(path).document) == case["digest"]
+        assert case_digest(Case.load(path).document) == case["digest"]
 
 
 def test_the_digest_follows_what_decides_a_case_and_nothing_else(tmp_path):
     case = cases(tmp_path)[0]
     said = {**case.document, "versions": {"millscale": "9"}, "model": {}, "warnings": ["x"]}
-    assert digest(said) == case["digest"]
-    assert digest({**case.document, "S": 1.5}) != case["digest"]
+    assert case_digest(said) == case["digest"]
+    assert case_digest({**case.document, "S": 1.5}) != case["digest"]
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"schema": 2}', "[" * 100_000])

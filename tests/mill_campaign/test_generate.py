@@ -65,7 +65,11 @@ def test_a_changed_campaign_touches_only_the_cases_it_changes(tmp_path):
     after = files(runs)
     changed = {key for key in after if after[key] != before[key]}
     ids = ("mb-cg-paper-S2.600", "mb-cs-paper-S2.600")
-    assert changed == {"campaign.toml", *(f"cases/{name}/case.json" for name in ids)}
+    assert changed == {
+        "campaign.toml",
+        "campaign.json",
+        *(f"cases/{name}/case.json" for name in ids),
+    }
 
 
 def test_changed_cases_are_told_without_writing(tmp_path):

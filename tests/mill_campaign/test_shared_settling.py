@@ -18,13 +18,13 @@ BOTH_SCHEMES = small_campaign.TEXT.replace(
 ).replace("S = [2.0]\ncount = [50]", "S = [1.0, 2.0]\ncount = [200, 50]")
 
 
-def prepared(folder, text=BOTH_SCHEMES):
+def prepared(folder, text=BOTH_SCHEMES, runs="runs"):
     """Case folders of the charges, up to the deck stage, by id."""
     (folder / "small.toml").write_text(text)
     folders = {}
-    for case in generate(folder / "small.toml", folder / "runs"):
+    for case in generate(folder / "small.toml", folder / runs):
         if case.kind == "multi-ball":
-            folders[case.id] = folder / "runs" / "cases" / case.id
+            folders[case.id] = folder / runs / "cases" / case.id
             copy_decks(("settle.in", "mill.in"), folders[case.id])
             write_parameters(case, folders[case.id])
             write_charge(case, folders[case.id])
@@ -58,7 +58,7 @@ def test_whatever_decides_the_settling_makes_another_bed(tmp_path, change):
     assert change[0] in BOTH_SCHEMES
     name = "mb-cg-paper-S1.000"
     one = key(prepared(tmp_path)[name])
-    assert key(prepared(tmp_path, BOTH_SCHEMES.replace(*change))[name]) != one
+    assert key(prepared(tmp_path, BOTH_SCHEMES.replace(*change), "other")[name]) != one
 
 
 def test_what_only_the_rotation_knows_leaves_the_bed(tmp_path):
@@ -67,7 +67,7 @@ def test_what_only_the_rotation_knows_leaves_the_bed(tmp_path):
     longer = BOTH_SCHEMES.replace("rotation_angle_rad = 1.0", "rotation_angle_rad = 2.0")
     assert key(prepared(tmp_path, longer)[name]) == one
     faster = BOTH_SCHEMES.replace("speed_rad_s = 2.0", "speed_rad_s = 1.5")
-    assert key(prepared(tmp_path, faster)[name]) == one
+    assert key(prepared(tmp_path, faster, "other")[name]) == one
 
 
 def test_what_was_edited_by_hand_is_not_shared_unseen(tmp_path):

@@ -9,7 +9,7 @@ class RunFolderError(ValueError):
 
 def analyse_case(folder):
     rows = (folder / "series.csv").read_text().splitlines()
-    (folder / "result.json").write_text(json.dumps({"rows": len(rows) - 1}))
+    return {"rows": len(rows) - 1}
 
 
 def build_report(runs):
