@@ -7,6 +7,9 @@ import numpy as np
 from liner_mesh.engine_limits import CURVATURE_MAX_DEG
 from liner_mesh.mesh import GROOVE, UNKNOWN, folds_deg, shared_edges, smallest_angles_deg
 
+# Flat pieces fold by rounding only, and any curvature covers that.
+UNRESOLVED_DEG = 1e-4
+
 
 def curvature_deg(mesh):
     """Angle for `curvature` [degrees] that tells arc panels from lifter edges.
@@ -28,6 +31,11 @@ def curvature_deg(mesh):
             "Triangles too long and thin: use more axial divisions. "
             "Chords that fold like lifter edges: use a smaller chord error"
         )
+    return between_deg(lower, upper)
+
+
+def between_deg(lower, upper):
+    """The value taken between two limits, which fit [degrees]."""
     return math.sqrt(lower * upper) if lower > 0.0 else 0.5 * upper
 
 
@@ -40,8 +48,7 @@ def curvature_range_deg(mesh):
     one, other = mesh.faces[edges.triangles].T
     same = one == other
     within_groove = folds[same & (one == GROOVE)]
-    # Flat pieces fold by rounding only, and any curvature covers that.
     lower = float(within_groove.max(initial=0.0))
-    lower = lower if lower > 1e-4 else 0.0
+    lower = lower if lower > UNRESOLVED_DEG else 0.0
     upper = np.concatenate([folds[~same], smallest_angles_deg(mesh), [CURVATURE_MAX_DEG]])
     return lower, float(upper.min())

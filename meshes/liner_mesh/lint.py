@@ -27,7 +27,8 @@ class LintReport:
         smallest_angle_deg: of any triangle [degrees].
         deviation_m: largest distance of a node from the liner [m]; None without a liner.
         chord_error_m: largest distance of a triangle from the liner [m]; None without one.
-        curvature_deg: value for the engine's keyword; None if none fits, or faces are not known.
+        curvature_deg: value for the engine's keyword; None if none fits, faces are not known, or
+            the mesh is not for the engine.
         problems: what makes the mesh unfit, one sentence each.
         warnings: what the engine will complain about, or what could not be checked.
     """
@@ -48,7 +49,7 @@ class LintReport:
         return not self.problems
 
 
-def lint(mesh, liner=None, length=None, chord_error=None):
+def lint(mesh, liner=None, length=None, chord_error=None, for_engine=True):
     """Checks a mesh, of this package or read from a user's file.
 
     Args:
@@ -56,6 +57,7 @@ def lint(mesh, liner=None, length=None, chord_error=None):
         liner: mill_core.Liner it should follow; None skips what needs one.
         length: the mill's axial length, y = 0 to length [m]; None accepts any extent.
         chord_error: largest distance accepted between triangles and liner [m]; None accepts any.
+        for_engine: whether the engine will read it; its limits of angles do not bind pictures.
 
     Returns:
         LintReport.
@@ -70,17 +72,12 @@ def lint(mesh, liner=None, length=None, chord_error=None):
         deviation, chord = _distances(mesh, liner)
         problems += _off_liner(deviation, chord, chord_error, liner.radius)
     angle = float(smallest_angles_deg(mesh).min())
-    limits, warned = _engine_angles(angle)
-    problems += limits
-    warnings += warned
     curvature = None
-    if (mesh.faces == UNKNOWN).any():
-        warnings.append("curvature not determined: without a liner lifter edges are not known")
-    elif not problems:
-        try:
-            curvature = curvature_deg(mesh)
-        except ValueError as error:
-            problems.append(str(error))
+    if for_engine:
+        limits, warned = _engine_angles(angle)
+        problems += limits
+        warnings += warned
+        curvature = _curvature(mesh, problems, warnings)
     y = mesh.nodes[:, 1]
     return LintReport(
         nodes=len(mesh.nodes),
@@ -94,6 +91,18 @@ def lint(mesh, liner=None, length=None, chord_error=None):
         problems=tuple(problems),
         warnings=tuple(warnings),
     )
+
+
+def _curvature(mesh, problems, warnings):
+    """Value for the engine's keyword; None, with a line in one of the lists, if there is none."""
+    if (mesh.faces == UNKNOWN).any():
+        warnings.append("curvature not determined: without a liner lifter edges are not known")
+    elif not problems:
+        try:
+            return curvature_deg(mesh)
+        except ValueError as error:
+            problems.append(str(error))
+    return None
 
 
 def _listed(indices):

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 import shutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from liner_mesh import curvature_deg
 from mill_bench.peers import PEERS, Timed
 from mill_bench.running import engine_output
 from mill_bench.state import State
+from mill_campaign.charge import liner_of
 from mill_campaign.engine_log import loop_timing
 from mill_campaign.engine_run import find_engine, mpirun_line
 from mill_campaign.errors import CampaignError
+from mill_campaign.wall_panels import panels_of
 from mill_runs.writing import write_text
 
 DECKS = Path(__file__).parent / "decks"
@@ -125,7 +130,7 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "youngs_modulus": material["youngs_modulus_pa"],
         "poisson_ratio": material["poisson_ratio"],
         **{f"{n}_{p}": material[f"{n}_{p}"] for n in names for p in ("pp", "pw")},
-        "curvature_deg": case["wall"]["curvature_deg"],
+        **({"curvature_deg": _curvature(case)} if variant.wall == "mesh" else {}),
         "turned": mill["phase_rad"] + state.mill_angle,
         "turned_deg": math.degrees(state.mill_angle),
         "period": 2.0 * math.pi / mill["omega_rad_s"],
@@ -139,3 +144,11 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "lifter_top_width": mill["lifter_top_width_m"],
         "groove_width": mill["groove_width_m"],
     }
+
+
+def _curvature(case: Mapping[str, Any]) -> float:
+    """`curvature` for the mesh of a case [degrees], also of one whose own wall is analytic."""
+    wall, length = case["wall"], case["mill"]["simulated_length_m"]
+    return curvature_deg(
+        panels_of(liner_of(case), length, wall["chord_error_m"], wall["axial_divisions"])
+    )

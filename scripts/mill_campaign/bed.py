@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mill_campaign.charge import Packing, Room, largest_overlap, periodic_tree
+from mill_campaign.charge import Packing, Room, largest_overlap, overlaps, periodic_tree
 from mill_runs.untrusted import open_regular
 
 DUMP = "settled.dump"
@@ -24,29 +25,75 @@ BATCHES = 20
 # Beds overlap by 0.04 radii at S = 2.6 and the paper's modulus, and by depth to the power 2/3 more.
 # At a quarter the balls are no Hertz contacts any more: a step too long, or a modulus too low.
 LARGEST_OVERLAP = 0.25
+# Of a bed: share of balls that touch something, rms speed over sqrt(g d). After the default time
+# 0.96 and more touch, and the speed is 0.30 or less; after a quarter of it they are 0.91 and 0.85
+# (docs/campaign.md, "Settling").
+LEAST_HELD = 0.5
+MOST_LIVELY = 0.5
 # Balls a point is tested against when sizes differ: the nearest centre need not be the ball's.
 CANDIDATES = 8
 
 
-def bed_record(path: Path, room: Room) -> dict[str, Any]:
+def bed_record(path: Path, room: Room, gravity: float, meshed: bool = False) -> dict[str, Any]:
     """What settled.json says of the bed in an engine's dump with the columns `COLUMNS`.
 
+    Args:
+        room: of the charge.
+        gravity: [m/s^2].
+        meshed: the balls lie on panels, which are up to `room.gap` nearer than the arcs.
+
     Raises:
-        ValueError: the file is no such dump, or balls overlap by more than `LARGEST_OVERLAP`.
+        ValueError: the file is no such dump, balls overlap by more than `LARGEST_OVERLAP`, or the
+            charge has not settled.
     """
     packing, velocities = read_bed(path, room.length)
+    radius = float(packing.radii.mean())
     overlap = largest_overlap(packing)
-    if overlap > LARGEST_OVERLAP * packing.radii.mean():
+    if overlap > LARGEST_OVERLAP * radius:
         raise ValueError(
             f"balls of the settled bed overlap by {overlap:.3g} m, more than {LARGEST_OVERLAP} of "
             "their radius: take a shorter step_s or a larger youngs_modulus_pa"
         )
+    speed = float(np.sqrt((velocities**2).sum(axis=1).mean()))
+    held = float(in_contact(room, packing, room.gap if meshed else 0.0).mean())
+    _check_settled(held, speed, math.sqrt(2.0 * gravity * radius))
     return {
         "largest_overlap_m": overlap,
-        "largest_overlap_over_radius": overlap / float(packing.radii.mean()),
+        "largest_overlap_over_radius": overlap / radius,
+        "balls_in_contact": held,
         "bulk_fraction": bulk_fraction(room, packing, np.random.default_rng(0)),
-        "rms_speed_m_s": float(np.sqrt((velocities**2).sum(axis=1).mean())),
+        "rms_speed_m_s": speed,
     }
+
+
+def _check_settled(held: float, speed: float, of_fall: float) -> None:
+    """Refuse a charge that still falls.
+
+    Args:
+        held: share of the balls that touch another or the liner.
+        speed: root mean square [m/s].
+        of_fall: through a ball's radius [m/s].
+    """
+    if held < LEAST_HELD:
+        raise ValueError(
+            f"the charge hangs in the air after settling: {held:.0%} of its balls touch another or "
+            f"the liner, a bed has over {LEAST_HELD:.0%}; take a longer settle_s"
+        )
+    if speed > MOST_LIVELY * of_fall:
+        raise ValueError(
+            f"the charge still moves after settling: rms speed {speed:.3g} m/s, a bed has under "
+            f"{MOST_LIVELY * of_fall:.3g} m/s, {MOST_LIVELY} of a fall through a ball's radius; "
+            "take a longer settle_s"
+        )
+
+
+def in_contact(room: Room, packing: Packing, reach: float) -> np.ndarray:
+    """(n,) bool, whether balls touch another or come as near as `reach` [m] to the liner."""
+    section = np.ascontiguousarray(packing.centres[:, [0, 2]])
+    held = room.liner.nearest(section).distance < packing.radii + reach
+    pairs, overlap = overlaps(packing)
+    held[pairs[overlap > 0.0].ravel()] = True
+    return held
 
 
 def read_bed(path: Path, length: float) -> tuple[Packing, np.ndarray]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from mill_campaign.config import Campaign
 from mill_campaign.cost import wall_time
 from mill_campaign.deck_terms import deck_part, statements_of, terms_of
 from mill_campaign.errors import CampaignError
+from mill_campaign.feasible import check_model
 from mill_campaign.law import Model, models_of
 from mill_campaign.modelled import statements
 from mill_campaign.output_size import check_budget, output_bytes
@@ -79,8 +81,7 @@ def cases_of(campaign: Campaign) -> list[Case]:
     for study in campaign.studies:
         models = models_of(campaign, study)
         for model, step in zip(models, steps_of(campaign, models), strict=True):
-            seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
-            cases += [_case(campaign, model, step, seed) for seed in seeds]
+            cases += _cases(campaign, model, step)
     for case in cases:
         check_budget(campaign.file, case.document, campaign.output_budget)
     seen: set[str] = set()
@@ -100,14 +101,48 @@ def case_id(model: Model, seed: int) -> str:
     return f"{name}-seed{seed}" if several else name
 
 
-def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
+def _cases(campaign: Campaign, model: Model, step: Step) -> list[Case]:
+    """The cases of a model, which differ in the seed alone.
+
+    Raises:
+        CampaignError: the model is impossible.
+    """
+    study = model.study
+    try:
+        document = _document(campaign, model, step)
+    except ArithmeticError as cause:
+        raise _beyond_arithmetic(campaign, model, str(cause)) from None
+    beyond = next((key for key, number in numbers(document) if not math.isfinite(number)), None)
+    if beyond:
+        raise _beyond_arithmetic(campaign, model, f"{beyond} is not finite")
+    seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
+    return [_seeded(document, model, seed) for seed in seeds]
+
+
+def _beyond_arithmetic(campaign: Campaign, model: Model, cause: str) -> CampaignError:
+    return CampaignError(
+        campaign.file,
+        model.study.kind.replace("-", "_"),
+        f"numbers beyond floating point at S = {model.S:g}, scheme {model.scheme}: {cause}",
+        "numbers of a mill; check units and powers of ten",
+    )
+
+
+def _seeded(document: Mapping[str, Any], model: Model, seed: int) -> Case:
+    own = {**document, "id": case_id(model, seed), "seed": seed}
+    return Case(own | {"digest": case_digest(own)})
+
+
+def _document(campaign: Campaign, model: Model, step: Step) -> dict[str, Any]:
+    """case.json of a model without its id, seed and digest."""
     study = model.study
     time = parts.time_part(campaign, model, step)
+    warned = check_model(campaign, model, step.limits)
     ball = parts.ball_part(campaign, model)
     terms = terms_of(campaign, model)
     document: dict[str, Any] = {
         "schema": SCHEMA,
-        "id": case_id(model, seed),
+        "id": "",
         "campaign": campaign.name,
         "kind": study.kind,
         "scheme": model.scheme,
@@ -115,7 +150,7 @@ def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
         "S": model.S,
         "time_factor": model.time_factor,
         "allow_centrifuging": campaign.mill.allow_centrifuging,
-        "seed": seed,
+        "seed": 0,
         "physical": parts.physical_part(campaign),
         "mill": parts.mill_part(model),
         "factors": parts.factors_part(model),
@@ -133,13 +168,24 @@ def _case(campaign: Campaign, model: Model, step: Step, seed: int) -> Case:
         "deck": deck_part(terms, campaign, study.ledger),
         "domain": parts.domain_part(campaign, model),
         "output": parts.output_part(study, model, time),
-        "warnings": [*campaign.warnings, *step.warnings],
+        "warnings": [*campaign.warnings, *step.warnings, *warned],
         "model": statements(campaign, model, statements_of(terms)),
         "versions": {"millscale": installed_version()},
     }
     document["predicted"] = _predicted(document)
-    document["digest"] = case_digest(document)
-    return Case(document)
+    return document
+
+
+def numbers(content: Any, key: str = "") -> Iterator[tuple[str, float]]:
+    """Every number of a document, with its path."""
+    if isinstance(content, Mapping):
+        for name, inner in content.items():
+            yield from numbers(inner, f"{key}.{name}".lstrip("."))
+    elif isinstance(content, list):
+        for inner in content:
+            yield from numbers(inner, key)
+    elif isinstance(content, float):
+        yield key, content
 
 
 def _predicted(document: Mapping[str, Any]) -> dict[str, float | int]:

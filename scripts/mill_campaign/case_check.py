@@ -53,7 +53,7 @@ _NUMBERS = {
         *("step_s", "start_s", "rest_steps", "settle_steps", "rotation_steps", "steps"),
         "rotation_angle_rad",
     ),
-    "wall": ("chord_error_m", "axial_divisions", "triangles", "curvature_deg"),
+    "wall": ("chord_error_m", "axial_divisions", "triangles"),
     "domain": ("half_box_m", "skin_m"),
     "output": ("thermo_steps", "sample_steps", "dump_steps", "restart_steps"),
 }
@@ -92,8 +92,9 @@ def check_case(path: Path, document: Mapping[str, Any]) -> None:
         _check_leaf(path, key, value)
     if not isinstance(document.get("allow_centrifuging"), bool):
         raise CampaignError(path, "allow_centrifuging", "no such flag", f"true or false; {_REMEDY}")
+    meshed = _part(path, document, "wall").get("kind") == "mesh"
     for section, names in _NUMBERS.items():
-        for name in names:
+        for name in (*names, "curvature_deg") if meshed and section == "wall" else names:
             value = _part(path, document, section).get(name)
             if not _is_number(value):
                 key = f"{section}.{name}".lstrip(".")

@@ -129,12 +129,23 @@ def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Pac
 def capacity(room: Room, ball: Ball) -> int:
     """Balls that `pack` finds a place for in any case: `SURE` of those expected in its loosest."""
     largest = ball.radius + ball.radius_std * ball.truncation
-    spacing = room.liner.radius / GRID
-    grid = spacing * np.arange(-GRID, GRID + 1)
-    points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
-    clear = room.liner.nearest(points).distance >= largest + room.gap
-    area = float(clear.sum()) * spacing**2
+    area = _free_area(room.liner, largest + room.gap)
     return int(SURE * FRACTIONS[-1] * area * room.length / mean_volume(ball))
+
+
+def _free_area(liner: mill_core.Liner, clear: float) -> float:
+    """Area of the cross-section farther than a distance [m] from the liner [m^2].
+
+    That of the liner moved inward, which cuts corners at lifter edges a little; where the grooves
+    close by that, of the points of a grid.
+    """
+    try:
+        return liner.offset(clear).area
+    except ValueError:
+        spacing = liner.radius / GRID
+        grid = spacing * np.arange(-GRID, GRID + 1)
+        points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+        return float((liner.nearest(points).distance >= clear).sum()) * spacing**2
 
 
 def _block(
@@ -173,15 +184,19 @@ def largest_overlap(packing: Packing) -> float:
     """Largest overlap of two balls, also across the periodic ends [m]; 0 if none overlap."""
     if packing.length < 2.0 * packing.radii.max():
         return float(2.0 * packing.radii.max() - packing.length)
+    return max(0.0, float(overlaps(packing)[1].max(initial=0.0)))
+
+
+def overlaps(packing: Packing) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of neighbours, (n, 2) int, and their overlaps [m], (n,) float, < 0 where they are
+    apart; also across the periodic ends."""
     centres, radii = packing.centres, packing.radii
     tree, _ = periodic_tree(packing)
     pairs = tree.query_pairs(2.0 * radii.max(), output_type="ndarray")
-    if len(pairs) == 0:
-        return 0.0
     apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])
     apart[:, 1] = np.minimum(apart[:, 1], packing.length - apart[:, 1])
     touching = radii[pairs].sum(axis=1)
-    return max(0.0, float((touching - np.linalg.norm(apart, axis=1)).max()))
+    return pairs, touching - np.linalg.norm(apart, axis=1)
 
 
 def write_data(packing: Packing, density: float, half_box: float, path: Path) -> None:

@@ -55,11 +55,11 @@ class Material:
 
 @dataclass(frozen=True)
 class Wall:
-    """How the liner is represented; chord_error is the physical mill's [m], None: default."""
+    """How the liner is represented; chord_error is the physical mill's [m]; None: the program's."""
 
     kind: str
     chord_error: float | None
-    axial_divisions: int
+    axial_divisions: int | None
 
 
 @dataclass(frozen=True)

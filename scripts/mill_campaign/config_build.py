@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.units import resolve, speed_forms
 
 Section = Mapping[str, Any]
+Forms = Mapping[str, Callable[[float], float]]
 # Radius in ball radii: a slice of such a mill, one ball thick, holds over half a million balls.
 LARGEST_MILL = 2000.0
 NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
@@ -57,7 +58,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         liner=_liner(path, sections["liner"]),
         ball=_ball(path, sections["ball"]),
         material=_material(path, sections["material"]),
-        wall=Wall(**_renamed(sections["wall"], chord_error_m="chord_error")),
+        wall=_wall(path, sections["wall"], sections["ball"]["radius_m"]),
         stiffness=scaling["stiffness"],
         contacts=sections["model"]["contacts"],
         damping=_damping(path, sections["model"]),
@@ -69,12 +70,17 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         ranks=sections["run"]["ranks"],
         jobs=sections["run"]["jobs"],
         output_budget=1e9 * sections["run"]["output_gb"],
-        warnings=_unused(sections["liner"]),
+        warnings=(*_unused(sections["liner"]), *_slow(sections["mill"], mill, sections["ball"])),
     )
 
 
-def _renamed(values: Section, **names: str) -> dict[str, Any]:
-    return {names.get(key, key): value for key, value in values.items()}
+def _wall(path: Path, wall: Section, ball_radius: float) -> Wall:
+    error = wall["chord_error_m"]
+    if error is not None and error >= ball_radius:
+        raise CampaignError(
+            path, "wall.chord_error_m", f"got {error:g}, as large as a ball", f"< {ball_radius:g}"
+        )
+    return Wall(wall["kind"], error, wall["axial_divisions"])
 
 
 def _damping(path: Path, model: Section) -> str:
@@ -134,10 +140,43 @@ def _mill(path: Path, mill: Section, ball: Section) -> Mill:
             path,
             f"mill.{given}",
             f"got {mill[given]:g}, Froude number omega^2 R / g = {froude:.3g}: the mill "
-            "centrifuges and no ball detaches (rpm taken for rad/s?)",
+            "centrifuges and no ball detaches" + _meant(mill, given, forms),
             "Fr < 1, or allow_centrifuging = true",
         )
     return Mill(radius, mill["length_m"], gravity, omega, mill["allow_centrifuging"])
+
+
+# Keys of a speed that are taken for one another.
+MISTAKEN = {
+    "speed_rpm": ("speed_rad_s", "rad/s typed as rpm"),
+    "speed_rad_s": ("speed_rpm", "rpm typed as rad/s"),
+}
+# Below this share of the critical speed [%] hardly any mill is run: a slip is more likely.
+SLOW_PERCENT = 10.0
+
+
+def _slow(mill: Section, built: Mill, ball: Section) -> tuple[str, ...]:
+    """Warn of a mill that hardly turns."""
+    forms = speed_forms(built.radius, ball["radius_m"], built.gravity)
+    share = 100.0 * built.omega / forms["percent_of_critical"](100.0)
+    if share >= SLOW_PERCENT:
+        return ()
+    key = next(key for key in forms if mill[key] is not None)
+    meant = _meant(mill, key, forms)
+    return (f"mill.{key} = {mill[key]:g} is {share:.2g} % of the critical speed{meant}",)
+
+
+def _meant(mill: Section, key: str, forms: Forms) -> str:
+    """Ask whether the number of a speed was meant as another that makes an ordinary mill."""
+    critical = forms["percent_of_critical"](100.0)
+    if key == "percent_of_critical" and mill[key] <= 1.0:
+        return f"; a share typed as percent? {100.0 * mill[key]:g} would be that"
+    if key in MISTAKEN:
+        other, question = MISTAKEN[key]
+        share = 100.0 * forms[other](mill[key]) / critical
+        if SLOW_PERCENT <= share < 100.0:
+            return f"; {question}? {other} = {mill[key]:g} would be {share:.3g} %"
+    return ""
 
 
 def _liner(path: Path, liner: Section) -> LinerShape:

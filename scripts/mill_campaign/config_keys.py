@@ -26,6 +26,22 @@ FORCIBLE: Final = ("pair", "rolling", "history", "dumps")
 SURFACES: Final = {"fast": "fast", "stock": "default"}
 DAMPINGS: Final = {"bounded": "bounded", "plain": "on"}
 
+# Smallest and largest size of a quantity, by the unit that ends its key: from mills of sand to
+# mills on any planet. A number beyond is a slip, and products of a few leave floating point.
+SIZES: Final = {
+    "_kg_m3": (1e-3, 1e6),
+    "_m_s2": (1e-9, 1e9),
+    "_rad_s": (1e-9, 1e6),
+    "_percent": (1e-6, 1e6),
+    "_rpm": (1e-9, 1e7),
+    "_deg": (1e-9, 1e9),
+    "_rad": (1e-9, 1e9),
+    "_pa": (1.0, 1e15),
+    "_m": (1e-6, 1e6),
+    "_s": (1e-12, 1e9),
+    "": (1e-9, 1e9),
+}
+
 
 @dataclass(frozen=True)
 class Key:
@@ -109,7 +125,9 @@ def _study(step: float | str, sample: float, restart: float) -> dict[str, Key]:
             choices=(ADVISED,),
         ),
         "sample_angle_rad": _positive("mill rotation between rows of series.csv [rad]", sample),
-        "dump_angle_rad": _positive("mill rotation between dumps [rad]", 0.5),
+        "dump_angle_rad": _positive(
+            "mill rotation between dumps [rad]; default: 0.5, or all of a shorter rotation"
+        ),
         "restart_angle_rad": _positive("mill rotation between restart files [rad]", restart),
     }
 
@@ -191,7 +209,12 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "largest gap of arc and panel, physical mill [m]; default: 2.5 % of ball radius",
             least=1e-6,
         ),
-        "axial_divisions": Key("integer", "panels along the axis", 1, least=1, most=1000),
+        "axial_divisions": Key(
+            "integer",
+            "panels along the axis; default: the fewest that the engine takes",
+            least=1,
+            most=1000,
+        ),
     },
     "model": {
         "contacts": Key(
@@ -223,11 +246,16 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     },
     "single_ball": {
         **_study(step=ADVISED, sample=0.005, restart=5.0),
-        "rest_s": Key("number", "rest before rotation, physical mill [s]", 0.1, least=0.0),
+        "rest_s": Key(
+            "number", "rest before rotation, physical mill [s]; default: 1.57 sqrt(2 a / g)",
+            least=0.0,
+        ),
     },
     "multi_ball": {
         **_study(step=ADVISED, sample=0.01, restart=1.0),
-        "settle_s": _positive("settling before rotation, physical mill [s]", 0.8),
+        "settle_s": _positive(
+            "settling before rotation, physical mill [s]; default: 1.27 sqrt(R / g)"
+        ),
         "count": Key(
             "integer", "balls in the whole length of each model", least=1, most=10**8, many=True
         ),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import codecs
 import math
+import re
 import tomllib
+import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mill_campaign.config_keys import REQUIRED, REQUIRED_SECTIONS, SECTIONS, Key
+from mill_campaign.config_keys import REQUIRED, REQUIRED_SECTIONS, SECTIONS, SIZES, Key
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.units import split_unit
 
@@ -16,6 +19,15 @@ from mill_campaign.units import split_unit
 LARGEST_FILE_BYTES = 1 << 20
 LONGEST_LIST = 10_000
 SHOWN_CHARACTERS = 60
+_SAVE_AS = "UTF-8: save the file anew with the encoding UTF-8 (in PowerShell: -Encoding utf8)"
+# What word processors, web pages and input methods put in place of the characters of a keyboard
+# and has no compatible form of its own (NFKC); and such characters that need a word.
+_TYPED_FOR = dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\u2015", "-")
+_TYPED_FOR |= dict.fromkeys("\u201c\u201d\u201e\u201f\u00ab\u00bb", '"')
+_TYPED_FOR |= dict.fromkeys("\u2018\u2019\u201a\u201b\u2039\u203a", "'")
+_TYPED_FOR |= dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", " ") | {"\u00d7": "*"}
+_SAID_OF = {" ": "a plain space, or nothing", "-": "a hyphen-minus, -"}
+_DECIMAL_COMMA = re.compile(r"\s*\w+\s*=\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)\s*(?:#.*)?$")
 
 Section = Mapping[str, Any]
 
@@ -60,7 +72,7 @@ def read_section(
 
 
 def parse_toml(path: Path) -> dict[str, Any]:
-    """Content of a TOML file of a page or so.
+    """Content of a TOML file of a page or so, UTF-8 with or without a byte order mark.
 
     Raises:
         CampaignError: unreadable, too large, or not TOML.
@@ -72,12 +84,52 @@ def parse_toml(path: Path) -> dict[str, Any]:
         raise CampaignError(path, "", f"cannot be read: {cause.strerror}", "a TOML file") from None
     if len(content) > LARGEST_FILE_BYTES:
         raise CampaignError(path, "", "larger than 1 MiB", "a campaign file of a page or so")
+    text = _text(path, content)
     try:
-        return tomllib.loads(content.decode("utf-8"))
-    except UnicodeDecodeError as cause:
-        raise CampaignError(path, "", f"not UTF-8 text: {cause.reason}", "a TOML file") from None
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as cause:
-        raise CampaignError(path, "", f"not TOML: {cause}", "TOML 1.0, toml.io/en/v1.0.0") from None
+        raise _not_toml(path, text, str(cause)) from None
+
+
+def _text(path: Path, content: bytes) -> str:
+    wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in content
+    if wide:
+        cause = "not UTF-8 text: UTF-16 or binary, it holds bytes of 0"
+        raise CampaignError(path, "", cause, _SAVE_AS)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as cause:
+        before = content[: cause.start].decode("utf-8", errors="replace")
+        where = _place(before, len(before))
+        cause = f"not UTF-8 text: byte 0x{content[cause.start]:02x} {where}"
+        raise CampaignError(path, "", cause, _SAVE_AS) from None
+
+
+def _not_toml(path: Path, text: str, cause: str) -> CampaignError:
+    """Error of a text that is no TOML: a slip of typing where there is one, else the parser's."""
+    # The parser stops where it understands no more; a slip in a comment or a text is none.
+    stopped = re.search(r"at line (\d+), column (\d+)", cause)
+    number = int(stopped[1]) if stopped else 0
+    line = text.split("\n")[number - 1] if number else ""
+    start = sum(len(x) + 1 for x in text.split("\n")[: number - 1])
+    if found := _DECIMAL_COMMA.match(line):
+        said = f"{found[1]} {_place(text, start + found.start(1))}, with a decimal comma"
+        accepted = f"a decimal point, {found[1].replace(',', '.')}"
+        return CampaignError(path, "", f"not TOML: {said}", accepted)
+    for column, character in enumerate(line):
+        plain = _TYPED_FOR.get(character) or unicodedata.normalize("NFKC", character)
+        if character.isascii() or not plain.isascii():
+            continue
+        name = unicodedata.name(character, f"character {ord(character):#x}").lower()
+        said = f"{name} {_place(text, start + column)}"
+        return CampaignError(path, "", f"not TOML: {said}", _SAID_OF.get(plain, plain))
+    return CampaignError(path, "", f"not TOML: {cause}", "TOML 1.0, toml.io/en/v1.0.0")
+
+
+def _place(text: str, index: int) -> str:
+    """Line and column of a character of a text, as the parser counts them."""
+    before = text[:index]
+    return f"(at line {before.count(chr(10)) + 1}, column {index - before.rfind(chr(10))})"
 
 
 def unknown_word(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
@@ -153,7 +205,13 @@ def _read_one(path: Path, where: str, key: Key, value: Any) -> Any:
             raise _refused(path, where, key, value) from None
         if not _in_range(key, number):
             raise _refused(path, where, key, value)
-        return number if key.type == "number" else value
+        if key.type == "integer":
+            return value
+        smallest, largest = SIZES.get(split_unit(where)[1], SIZES[""])
+        if number != 0.0 and not smallest <= abs(number) <= largest:
+            cause = f"got {_shown(value)}, beyond what a mill has and arithmetic bears"
+            raise CampaignError(path, where, cause, f"{smallest:g} to {largest:g}")
+        return number
     return value
 
 

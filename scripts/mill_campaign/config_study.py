@@ -13,6 +13,14 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.units import AGREEMENT, resolve
 
 Section = Mapping[str, Any]
+# Mill rotation between dumps where the file says nothing [rad]; curtains repeat every pitch.
+DUMP_ANGLE = 0.5
+# Default settling over sqrt(R / g). A packing of 0.55 becomes a bed of 0.60, so the surface of a
+# bed of depth h falls by h / 12, in 0.4 sqrt(h / g); after three times that the bed of the mill of
+# R = 3.9 m is at rest (docs/campaign.md, "Settling"). h follows R; the law scales both times alike.
+SETTLING = 1.27
+# Default rest of a single ball over sqrt(2 a / g): it falls by a thousandth of its radius.
+REST = 1.57
 
 
 def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> Study:
@@ -27,16 +35,18 @@ def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mi
         raise CampaignError(path, "scaling.S", "missing", "S or scaled_radius_m, a list of numbers")
     _check_radii(path, ratios, mill, sections["ball"]["radius_m"])
     single = name == "single_ball"
+    rotation = _rotation_angle(path, name, section, mill)
+    _check_intervals(path, name, section, rotation)
     return Study(
         kind=KINDS[name],
         ratios=ratios,
         schemes=section["schemes"] or scaling["schemes"],
         policies=section["policies"] or scaling["policies"],
         step=None if section["step_s"] == ADVISED else section["step_s"],
-        wait=section["rest_s"] if single else section["settle_s"],
-        rotation_angle=_rotation_angle(path, name, section, mill),
+        wait=_wait(name, section, mill, sections["ball"]["radius_m"]),
+        rotation_angle=rotation,
         sample_angle=section["sample_angle_rad"],
-        dump_angle=section["dump_angle_rad"],
+        dump_angle=section["dump_angle_rad"] or min(DUMP_ANGLE, rotation),
         restart_angle=section["restart_angle_rad"],
         charge=None if single else _charge(path, sections, ratios, mill),
         ledger=not single and _ledger(path, sections),
@@ -99,6 +109,32 @@ def _check_radii(path: Path, ratios: tuple[float, ...], mill: Mill, ball_radius:
                 f"got {ratio:g}: the scaled mill radius {mill.radius / ratio:.4g} m is not above "
                 f"ball.radius_m = {ball_radius:g}",
                 f"S < {mill.radius / ball_radius:g}",
+            )
+
+
+def _wait(name: str, section: Section, mill: Mill, ball_radius: float) -> float:
+    """Rest of a single ball, or settling of a charge, before the mill turns [s]."""
+    if name == "single_ball":
+        given, default = section["rest_s"], REST * math.sqrt(2.0 * ball_radius / mill.gravity)
+    else:
+        given, default = section["settle_s"], settling_time(mill)
+    return float(f"{default:.2g}") if given is None else given
+
+
+def settling_time(mill: Mill) -> float:
+    """Time in which the charge of a physical mill settles [s]."""
+    return SETTLING * math.sqrt(mill.radius / mill.gravity)
+
+
+def _check_intervals(path: Path, name: str, section: Section, rotation: float) -> None:
+    """Rows of the series, and dumps that were asked for, lie within the rotation."""
+    for key in ("sample_angle_rad", "dump_angle_rad"):
+        if section[key] is not None and section[key] > rotation:
+            raise CampaignError(
+                path,
+                f"{name}.{key}",
+                f"got {section[key]:g}, longer than the rotation of {rotation:g} rad",
+                f"<= {rotation:g}, or a longer rotation",
             )
 
 

@@ -80,6 +80,19 @@ def physical_liner(campaign: Campaign) -> mill_core.Liner:
         raise CampaignError(campaign.file, "liner", f"impossible liner: {cause}") from None
 
 
+def scaled_liner(campaign: Campaign, policy: str, S: float) -> mill_core.Liner:
+    """Liner of a scaled mill.
+
+    Raises:
+        CampaignError: the physical mill has no liner.
+        ValueError: nothing is left of a lifter or groove.
+    """
+    physical = physical_liner(campaign)
+    if policy == "offset-liner":
+        return physical.offset_scaled(S, campaign.ball.radius)
+    return physical.scaled(S)
+
+
 def models_of(campaign: Campaign, study: Study) -> list[Model]:
     """The models of a study by policy, scheme and S, in the law's order of names.
 
@@ -100,7 +113,6 @@ def models_of(campaign: Campaign, study: Study) -> list[Model]:
 def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: int) -> Model:
     S = study.ratios[index]
     time_factor = _time_factor(campaign, S) if scheme == "froude" else 0.0
-    physical = physical_liner(campaign)
     try:
         scaled = mill_core.scale(
             physical_mill(campaign),
@@ -110,8 +122,9 @@ def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: in
             time_factor,
             campaign.mill.allow_centrifuging,
         )
-        offset = policy == "offset-liner"
-        liner = physical.offset_scaled(S, campaign.ball.radius) if offset else physical.scaled(S)
+        liner = scaled_liner(campaign, policy, S)
+    except CampaignError:
+        raise
     except ValueError as cause:
         key = f"scaling (scheme {scheme}, policy {policy}, S = {S:g})"
         raise CampaignError(campaign.file, key, str(cause)) from None

@@ -54,8 +54,7 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         "length": mill["simulated_length_m"],
         "half_box": case["domain"]["half_box_m"],
         "skin": case["domain"]["skin_m"],
-        "curvature_deg": case["wall"]["curvature_deg"],
-        "liner_file": LINER_FILE,
+        **_mesh(case["wall"]),
         "time_step": time["step_s"],
         "start_time": time["start_s"],
         "rest_steps": time["rest_steps"],
@@ -92,6 +91,13 @@ def parameters_text(case: Mapping[str, Any]) -> str:
         for name, value in values.items()
     ]
     return "\n".join(lines) + "\n"
+
+
+def _mesh(wall: Mapping[str, Any]) -> dict[str, float | str]:
+    """What an analytic wall does without."""
+    if wall["kind"] != "mesh":
+        return {}
+    return {"curvature_deg": wall["curvature_deg"], "liner_file": LINER_FILE}
 
 
 def _material(material: Mapping[str, Any]) -> dict[str, float | str]:

@@ -96,12 +96,12 @@ def render_plan(rows: list[Row]) -> Group:
 
 COLUMNS = (
     ("case", lambda row: row["id"]),
-    ("R m", lambda row: f"{row['radius_m']:.3f}"),
-    ("g m/s2", lambda row: f"{row['gravity_m_s2']:.3f}"),
-    ("rad/s", lambda row: f"{row['omega_rad_s']:.4f}"),
-    ("Fr", lambda row: f"{row['froude']:.3f}"),
-    ("% crit", lambda row: f"{row['percent_of_critical']:.1f}"),
-    ("dE", lambda row: f"{row['predicted_energy_ratio']:.3f}"),
+    ("R m", lambda row: f"{row['radius_m']:.4g}"),
+    ("g m/s2", lambda row: f"{row['gravity_m_s2']:.4g}"),
+    ("rad/s", lambda row: f"{row['omega_rad_s']:.4g}"),
+    ("Fr", lambda row: f"{row['froude']:.3g}"),
+    ("% crit", lambda row: f"{row['percent_of_critical']:.3g}"),
+    ("dE", lambda row: f"{row['predicted_energy_ratio']:.3g}"),
     ("balls", lambda row: f"{row['balls']:,}"),
     ("dt s", lambda row: f"{row['time_step_s']:.2e}"),
     ("dt/T_R", lambda row: f"{row['rayleigh_fraction']:.3f}"),

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mill_campaign.attempts import digests, read_attempts
 from mill_campaign.decks import copy_decks, with_included
@@ -18,6 +18,9 @@ from mill_campaign.resume import RESTART_FILES, Run, begin, look
 from mill_campaign.timing import Before, timing_record
 from mill_runs.current import unfinished
 from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, Stage
+
+if TYPE_CHECKING:
+    from liner_mesh import LinerMesh, LintReport
 
 
 @dataclass(frozen=True)
@@ -48,28 +51,39 @@ class Task:
 
 
 def mesh(task: Task) -> None:
-    """Mesh the liner: by gmsh if the engine takes the mesh, as bare panels if people look at it."""
+    """Mesh the liner: by gmsh if the engine takes the mesh, as bare panels if people look at it.
+
+    Faults of a mesh for looking only are noted in mesh.json, and stop nothing.
+    """
     from liner_mesh import build_liner_mesh, lint, write_stl, write_vtp
-    from liner_mesh.curvature import curvature_range_deg
     from mill_campaign.charge import liner_of
     from mill_campaign.wall_panels import panels_of
 
     liner, wall = liner_of(task.case), task.case["wall"]
     length = task.case["mill"]["simulated_length_m"]
-    build = build_liner_mesh if wall["kind"] == "mesh" else panels_of
+    meshed = wall["kind"] == "mesh"
+    build = build_liner_mesh if meshed else panels_of
     surface = build(liner, length, wall["chord_error_m"], wall["axial_divisions"])
-    report = lint(surface, liner, length, wall["chord_error_m"])
-    if not report.ok:
-        raise RuntimeError(f"liner mesh not fit for use: {'; '.join(report.problems)}")
-    low, high = curvature_range_deg(surface)
-    if not low < wall["curvature_deg"] < high:
-        raise RuntimeError(
-            f"wall.curvature_deg is {wall['curvature_deg']:g}, the mesh needs {low:g} to {high:g}"
-        )
+    report = lint(surface, liner, length, wall["chord_error_m"], for_engine=meshed)
+    if meshed:
+        _check_mesh(surface, report, wall["curvature_deg"])
     _write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
     write_stl(task.part / "liner.stl", surface)
     if task.case["kind"] == "multi-ball":
         write_vtp(task.part / "liner.vtp", surface)
+
+
+def _check_mesh(surface: LinerMesh, report: LintReport, curvature: float) -> None:
+    """Refuse a mesh that the engine would take wrongly."""
+    from liner_mesh.curvature import curvature_range_deg
+
+    if not report.ok:
+        raise RuntimeError(f"liner mesh not fit for use: {'; '.join(report.problems)}")
+    low, high = curvature_range_deg(surface)
+    if not low < curvature < high:
+        raise RuntimeError(
+            f"wall.curvature_deg is {curvature:g}, the mesh needs {low:g} to {high:g}"
+        )
 
 
 def charge(task: Task) -> None:
@@ -193,7 +207,8 @@ def _bed_record(task: Task) -> dict:
     from mill_campaign import bed
     from mill_campaign.charge import room_of
 
-    measured = bed.bed_record(task.part / bed.DUMP, room_of(task.case))
+    gravity, meshed = task.case["mill"]["gravity_m_s2"], task.case["wall"]["kind"] == "mesh"
+    measured = bed.bed_record(task.part / bed.DUMP, room_of(task.case), gravity, meshed)
     (task.part / bed.DUMP).unlink()
     return {"settled_by": task.case["id"], **measured}
 

@@ -9,36 +9,73 @@ from typing import Any, NamedTuple
 import mill_core
 import numpy as np
 
-from liner_mesh import LinerMesh, curvature_deg, default_chord_error
+from liner_mesh import LinerMesh, default_chord_error
+from liner_mesh.curvature import between_deg
+from liner_mesh.panels import fewest_divisions, fits, panel_range_deg
 from mill_campaign.config import Campaign
 from mill_campaign.errors import CampaignError
 from mill_campaign.law import Model
+
+# A text file of so many takes half a gigabyte.
+MOST_TRIANGLES = 2_000_000
 
 
 def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
     """The part `wall` of a case.json.
 
+    Of an analytic wall the triangles are for looking only: the engine sees none, so none is too
+    slender, and there is no `curvature_deg`.
+
     Raises:
-        CampaignError: the panels are too slender for the engine.
+        CampaignError: too many panels, or panels that are too slender for the engine.
     """
     wall, shape = campaign.wall, shape_of(model.liner)
-    error = chord_error(campaign, model)
-    try:
-        triangles, curvature = _counted(shape, model.simulated_length, error, wall.axial_divisions)
-    except ValueError as cause:
+    error, length = chord_error(campaign, model), model.simulated_length
+    panels = _panels(shape, error)
+    if wall.kind == "mesh":
+        divisions = _divisions(campaign, model, *panels)
+        limits = panel_range_deg(*panels, length / divisions)
+        curvature = {"curvature_deg": between_deg(*limits)}
+    else:
+        divisions, curvature = wall.axial_divisions or 1, {}
+    triangles = 2 * len(panels[0]) * divisions
+    if triangles > MOST_TRIANGLES:
         raise CampaignError(
             campaign.file,
-            "wall.axial_divisions",
-            f"got {wall.axial_divisions}, S = {model.S:g}: {str(cause).partition('. ')[0]}",
-            "more axial divisions, so that triangles are less slender, or a smaller chord_error_m",
-        ) from None
+            "wall.chord_error_m" if divisions == 1 else "wall.axial_divisions",
+            f"makes {triangles:,} triangles at S = {model.S:g}",
+            f"<= {MOST_TRIANGLES:,}: a larger chord_error_m or fewer axial_divisions",
+        )
     return {
         "kind": wall.kind,
         "chord_error_m": error,
-        "axial_divisions": wall.axial_divisions,
+        "axial_divisions": divisions,
         "triangles": triangles,
-        "curvature_deg": curvature,
+        **curvature,
     }
+
+
+def _divisions(campaign: Campaign, model: Model, profile: np.ndarray, kinds: np.ndarray) -> int:
+    """Panels along the axis of a mesh that the engine reads: as given, or the fewest it takes."""
+    length, given = model.simulated_length, campaign.wall.axial_divisions
+    if given is not None and fits(*panel_range_deg(profile, kinds, length / given)):
+        return given
+    fewest = fewest_divisions(profile, kinds, length)
+    if given is None and fewest is not None:
+        return fewest
+    lower, upper = panel_range_deg(profile, kinds, length / (given or 1))
+    if fewest is None:
+        key, works = "wall.chord_error_m", "a smaller chord_error_m"
+    else:
+        key, works = "wall.axial_divisions", f"{fewest}, or no such key"
+    raise CampaignError(
+        campaign.file,
+        key,
+        f"{f'got {given}' if given else 'no axial_divisions fit'}, S = {model.S:g}: the folds "
+        f"between chords of a groove, {lower:.3g} degrees, do not lie below those at lifter edges "
+        f"and the angles of triangles, {upper:.3g}",
+        f'{works}; or wall.kind = "analytic"',
+    )
 
 
 class Shape(NamedTuple):
@@ -72,15 +109,13 @@ def resting_height(shape: Shape, error: float, clear: float) -> float:
         error: largest gap between arcs and panels [m].
         clear: radius of the disc [m].
     """
-    nodes, _ = mill_core.Liner(*shape).polygon(error)
-    return first_contact_below(nodes, clear)
+    return first_contact_below(_panels(shape, error)[0], clear)
 
 
-@lru_cache(maxsize=1 << 16)
-def _counted(shape: Shape, length: float, error: float, divisions: int) -> tuple[int, float]:
-    """Number of panels of a liner and the engine's `curvature` [degrees]."""
-    panels = panels_of(mill_core.Liner(*shape), length, error, divisions)
-    return len(panels.triangles), curvature_deg(panels)
+@lru_cache(maxsize=256)
+def _panels(shape: Shape, error: float) -> tuple[np.ndarray, np.ndarray]:
+    """Polygon of a liner, (n, 2) float [m], and the face of each edge, (n,) int."""
+    return mill_core.Liner(*shape).polygon(error)
 
 
 def chord_error(campaign: Campaign, model: Model) -> float:

@@ -62,12 +62,13 @@ def dump(folder, rows, columns=COLUMNS):
 
 
 def test_a_dump_tells_overlap_across_the_seam_and_speed(tmp_path):
-    rows = [(0.0, -0.001, -1.0, 3.0, 0.0, 4.0, 0.02), (0.0, 0.16, -1.0, 0.0, 0.0, 0.0, 0.02)]
-    found = bed_record(dump(tmp_path, rows), Room(DRUM, 0.2))
+    rows = [(0.0, -0.001, -1.0, 0.03, 0.0, 0.04, 0.02), (0.0, 0.16, -1.0, 0.0, 0.0, 0.0, 0.02)]
+    found = bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 9.81)
     # 0.199 and 0.16 in a period of 0.2: 0.039 apart.
     assert found["largest_overlap_m"] == pytest.approx(0.001, rel=1e-9)
     assert found["largest_overlap_over_radius"] == pytest.approx(0.05, rel=1e-9)
-    assert found["rms_speed_m_s"] == pytest.approx(5.0 / math.sqrt(2.0))
+    assert found["rms_speed_m_s"] == pytest.approx(0.05 / math.sqrt(2.0))
+    assert found["balls_in_contact"] == 1.0
     assert found["bulk_fraction"] is None
     packing, velocities = read_bed(dump(tmp_path, rows), 0.2)
     assert packing.centres[:, 1] == pytest.approx([0.199, 0.16])
@@ -77,7 +78,28 @@ def test_a_dump_tells_overlap_across_the_seam_and_speed(tmp_path):
 def test_a_bed_whose_balls_sink_into_each_other_is_refused(tmp_path):
     rows = [(0.0, 0.05, z, 0.0, 0.0, 0.0, 0.02) for z in (-1.0, -1.034)]
     with pytest.raises(ValueError, match=r"overlap by 0\.006 m, more than 0\.25 of their radius"):
-        bed_record(dump(tmp_path, rows), Room(DRUM, 0.2))
+        bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 9.81)
+
+
+def test_a_charge_that_touches_nothing_hangs_in_the_air(tmp_path):
+    rows = [(0.0, 0.05, z, 0.0, 0.0, -4e-5, 0.02) for z in (-1.0, -1.05, -1.1)]
+    with pytest.raises(ValueError, match=r"hangs in the air after settling: 0% of its balls"):
+        bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 1e-4)
+
+
+@pytest.mark.parametrize(("gap", "meshed", "held"), [(0.0, False, 1.0), (0.001, True, 1.0)])
+def test_a_ball_on_the_liner_alone_is_in_contact(tmp_path, gap, meshed, held):
+    # Of a mesh the panels may be nearer than the arc, by the chord error.
+    rows = [(0.0, 0.1, -(1.5 - 0.02 + 1e-5 - 0.5 * gap), 0.0, 0.0, 0.0, 0.02)]
+    found = bed_record(dump(tmp_path, rows), Room(DRUM, 0.2, gap), 9.81, meshed)
+    assert (found["balls_in_contact"], found["largest_overlap_m"]) == (held, 0.0)
+
+
+def test_a_charge_in_the_midst_of_its_fall_is_refused(tmp_path):
+    # Half of the speed of a fall through 0.02 m is 0.31 m/s.
+    rows = [(0.0, 0.05, z, 0.0, 0.0, -0.33, 0.02) for z in (-1.0, -1.0399)]
+    with pytest.raises(ValueError, match=r"rms speed 0\.33 m/s, a bed has under 0\.313 m/s"):
+        bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 9.81)
 
 
 def test_a_dump_with_other_columns_is_refused(tmp_path):

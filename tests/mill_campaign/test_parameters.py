@@ -10,8 +10,8 @@ PROMISED = set(
 mill_radius_physical gravity_physical omega_physical S scheme policy time_factor ball_radius
 ball_density youngs_modulus poisson_ratio restitution_pp restitution_pw static_friction_pp
 static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius lifter_top_radius lifters
-length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps curvature_deg
-liner_file settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
+length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps
+settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
 tangential_model_pp tangential_model_pw rolling_model_pp rolling_model_pw soft_particles
 hard_particles surface tangential_damping
 """.split()  # noqa: SIM905
@@ -29,9 +29,19 @@ def read(path) -> dict[str, str]:
     return {line[1]: line[3] for line in lines}
 
 
+OF_A_MESH = {"curvature_deg", "liner_file"}
+
+
 def test_every_parameter_promised_is_written(both_kinds):
     for case in both_kinds:
         assert set(parameters(case)) >= PROMISED
+        assert not set(parameters(case)) & OF_A_MESH
+
+
+def test_a_mesh_wall_has_its_file_and_curvature(tmp_path):
+    for case in cases(tmp_path, **MULTI_BALL, wall__kind="mesh"):
+        assert set(parameters(case)) >= PROMISED | OF_A_MESH
+        assert parameters(case)["curvature_deg"] == case["wall"]["curvature_deg"]
 
 
 def test_numbers_come_back_exactly(both_kinds, tmp_path):
@@ -66,4 +76,4 @@ def test_the_decks_use_no_variable_that_nobody_sets(both_kinds):
     used = set(re.findall(r"\$\{(\w+)\}", code)) | set(re.findall(r"\bv_(\w+)", code))
     own = set(re.findall(r"^\s*variable\s+(\w+)", code, re.M))
     assert used, "the decks use no variables"
-    assert used - own <= set(parameters(both_kinds[0]))
+    assert used - own <= set(parameters(both_kinds[0])) | OF_A_MESH

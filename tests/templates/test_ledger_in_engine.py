@@ -14,7 +14,7 @@ from mill_validation.ledger import PATHS, turned
 
 pytestmark = pytest.mark.engine
 
-STUDY = CHARGE | {"count": [300], "settle_s": 0.1, "rotation_angle_rad": 0.3}
+STUDY = CHARGE | {"count": [300], "settle_s": 0.11, "rotation_angle_rad": 0.3}
 
 
 def test_the_decks_keep_an_account_for_the_asking(tmp_path):

@@ -86,7 +86,7 @@ def test_a_single_ball_alone_has_no_ghosts_and_no_pair_time(tmp_path):
 def test_a_plain_drum_runs_from_the_same_decks(tmp_path, wall):
     for name, study in {
         "single": {"single_ball": SINGLE | {"rotation_angle_rad": 0.1}},
-        "charge": {"multi_ball": CHARGE | {"count": [500], "settle_s": 0.02}},
+        "charge": {"multi_ball": CHARGE | {"count": [500], "settle_s": 0.11}},
     }.items():
         folder = ran(tmp_path / name, wall, study, NOTHING_FORCED, liner=None)
         assert len(series(folder).splitlines()) > 1

@@ -17,7 +17,7 @@ CHARGE = {
     "S": [1.0],
     "count": [4000],
     "slice_diameters": 2.5,
-    "settle_s": 0.1,
+    "settle_s": 0.11,
     "rotation_angle_rad": 0.05,
     "step_s": 1e-4,
 }

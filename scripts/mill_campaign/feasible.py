@@ -1,0 +1,156 @@
+"""What the engine would refuse, or could not run as meant, found before anything is written."""
+
+from __future__ import annotations
+
+import math
+
+import mill_core
+
+from mill_campaign.bed import LARGEST_OVERLAP
+from mill_campaign.config import Campaign
+from mill_campaign.config_study import settling_time
+from mill_campaign.errors import CampaignError
+from mill_campaign.law import Model, scaled_liner
+from mill_campaign.time_step import Limits
+
+# Mean overlap of the bed at rest over the ball radius. The largest is five to six times the mean
+# (docs/theory.md), so at a twentieth some balls are no Hertz contacts any more (`LARGEST_OVERLAP`).
+SOFT = 0.05
+# Thinner slices [ball diameters] are warned of: at 2 the torque is off by 3 %, at 4 by half a
+# percent (docs/results/slice-length.json).
+THIN_SLICE = 4.0
+
+
+def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
+    """Warnings about a model, in words.
+
+    Raises:
+        CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall.
+    """
+    _check_grooves(campaign, model)
+    if model.study.kind == "multi-ball":
+        _check_settling(campaign, model)
+    return [*_softness(campaign, model, limits), *_thin(campaign, model)]
+
+
+def narrowest_groove(liner: mill_core.Liner) -> float:
+    """Width of a groove where it is narrowest, at its foot or between the lifter tops [m].
+
+    The mouth is 2 (r sin(p / 2) - D1 / 2 cos(p / 2)) wide, p being the pitch: the top corners lie
+    at r along and D1 / 2 beside the centre line of their lifter.
+    """
+    half_pitch = 0.5 * liner.pitch
+    mouth = 2.0 * liner.lifter_top_radius * math.sin(half_pitch)
+    mouth -= liner.lifter_top_width * math.cos(half_pitch)
+    return min(liner.groove_width, mouth)
+
+
+def _check_grooves(campaign: Campaign, model: Model) -> None:
+    """`fix wall/mill` finds at most three contacts of a ball, those of one groove."""
+    liner = model.liner
+    if liner.lifters == 0:
+        return
+    diameter = 2.0 * _largest_radius(campaign, model)
+    width = narrowest_groove(liner)
+    if diameter < width:
+        return
+    most = _largest_scale(campaign, model, diameter)
+    raise CampaignError(
+        campaign.file,
+        "scaling.S",
+        f"got {model.S:g}, policy {model.policy}: balls of {diameter:g} m do not fit the grooves, "
+        f"{width:.4g} m wide where they are narrowest",
+        f"S <= {most:g}, or smaller balls" if most else "smaller balls or wider grooves",
+    )
+
+
+def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
+    """Largest S, rounded down to three decimals, at which balls fit the grooves; 0 if none does."""
+
+    def fits(S: float) -> bool:
+        try:
+            return diameter < narrowest_groove(scaled_liner(campaign, model.policy, S))
+        except ValueError:
+            return False
+
+    low, high = 1.0, model.S
+    if not fits(low):
+        return 0.0
+    while high - low > 1e-6 * low:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return max(1.0, math.floor(1e3 * low) / 1e3)
+
+
+def _softness(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
+    """Overlaps at rest and in the fastest impact, over the ball radius."""
+    radius = campaign.ball.radius
+    at_rest = limits.overlap / radius
+    stiffer = _rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
+    said = f"at rest balls overlap by {at_rest:.3g} of their radius on average, at S = {model.S:g}"
+    if at_rest > LARGEST_OVERLAP:
+        raise CampaignError(
+            campaign.file,
+            "material.youngs_modulus_pa",
+            f"got {campaign.material.youngs_modulus:.4g}: {said}: 1.06 (rho g R / E)^(2/3)",
+            f">= {stiffer:g}, which makes it {SOFT}",
+        )
+    if at_rest > SOFT:
+        return [
+            f"{said}, the deepest by five times as much: too soft for Hertz contacts; a "
+            f"youngs_modulus_pa of {stiffer:g} makes it {SOFT}"
+        ]
+    # Duration of a Hertz impact is 2.94 times its overlap over its speed.
+    impact = limits.collision * limits.impact_speed / 2.94 / radius
+    if impact > LARGEST_OVERLAP:
+        return [
+            f"impacts at {limits.impact_speed:.3g} m/s overlap by {impact:.2g} of the ball radius: "
+            f"too soft for Hertz contacts above {LARGEST_OVERLAP}"
+        ]
+    return []
+
+
+def _check_settling(campaign: Campaign, model: Model) -> None:
+    """In the time of settling a ball must fall by its own radius at least."""
+    radius, gravity = campaign.ball.radius, model.scaled.mill.gravity
+    to_model = model.scaled.base.time
+    time = model.study.wait * to_model
+    fall = 0.5 * gravity * time**2
+    if fall >= radius:
+        return
+    least = math.sqrt(2.0 * radius / gravity) / to_model
+    usual = max(least, settling_time(campaign.mill))
+    raise CampaignError(
+        campaign.file,
+        "multi_ball.settle_s",
+        f"got {model.study.wait:g}: at S = {model.S:g} a ball falls by {fall:.3g} m meanwhile, "
+        f"{fall / radius:.2g} of its radius, so that the bed hangs in the air",
+        f">= {_rounded_up(least):g}; usual is {usual:.2g}",
+    )
+
+
+def _thin(campaign: Campaign, model: Model) -> list[str]:
+    if model.study.kind == "single-ball":
+        return []
+    diameters = model.simulated_length / (2.0 * campaign.ball.radius)
+    # A slice given in diameters is rounded.
+    if diameters >= THIN_SLICE * (1.0 - 1e-9):
+        return []
+    return [
+        f"{diameters:.3g} ball diameters along the axis: torque and surface are off by 3 % at 2, "
+        f"by half a percent at {THIN_SLICE:g}"
+    ]
+
+
+def _rounded_up(value: float) -> float:
+    """A positive number to two digits, not below it."""
+    power = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / power - 1e-9) * power
+
+
+def _largest_radius(campaign: Campaign, model: Model) -> float:
+    """Of the balls of a model [m]."""
+    ball = campaign.ball
+    return ball.radius + (
+        0.0 if model.study.kind == "single-ball" else ball.radius_std * ball.truncation
+    )
