@@ -3,6 +3,7 @@
 import pytest
 from paper_campaign import MULTI_BALL, campaign_text
 
+from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import generate
 
@@ -371,6 +372,59 @@ def test_a_wrong_campaign_is_refused_in_one_line_and_leaves_nothing(name, tmp_pa
 )
 def test_what_is_not_a_campaign_file_is_refused(content, cause, tmp_path):
     assert cause in refused(tmp_path, content).cause
+
+
+def typed(old: str, new: str) -> str:
+    """A valid campaign with other characters for some."""
+    text = campaign_text(campaign={"name": "typed"})
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+def test_a_byte_order_mark_is_read(tmp_path):
+    path = tmp_path / "bom.toml"
+    path.write_bytes(campaign_text().encode("utf-8-sig"))
+    assert load_campaign(path).mill.radius == 3.9
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_wide_characters_are_refused_with_what_to_do(encoding, tmp_path):
+    error = refused(tmp_path, campaign_text().encode(encoding))
+    assert "UTF-16" in error.cause
+    assert "save the file anew with the encoding UTF-8" in error.accepted
+
+
+def test_a_byte_of_another_encoding_is_refused_with_its_place(tmp_path):
+    error = refused(tmp_path, typed('"typed"', '"Mühle"').encode("latin-1"))
+    assert "byte 0xfc (at line 15, column 10)" in error.cause
+    assert "UTF-8" in error.accepted
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause", "accepted"),
+    [
+        ("= 3.9", "= 3,9", "3,9 (at line 2, column 12), with a decimal comma", "3.9"),
+        ("5e-05", "5,5e-5  # s", "5,5e-5 (at line", "5.5e-5"),
+        ("5e-05", "5e−05", "minus sign (at line 28, column 11)", "hyphen-minus, -"),
+        ("= 6.0", "= –6.0", "en dash (at line", "hyphen-minus, -"),
+        ('"typed"', "“typed”", "left double quotation mark (at line", '"'),
+        ("= 3.9", "= ３.9", "fullwidth digit three (at line 2, column 12)", "3"),
+        ("radius_m =", "radius_m =", "no-break space (at line 2, column 9)", "a plain space"),
+        ("[mill]", "​[mill]", "zero width space (at line 1, column 1)", "a plain space"),
+    ],
+)
+def test_characters_of_typesetting_are_refused_with_what_to_write(
+    old, new, cause, accepted, tmp_path
+):
+    error = refused(tmp_path, typed(old, new).encode())
+    assert cause in error.cause
+    assert accepted in error.accepted
+
+
+def test_characters_of_typesetting_in_a_comment_are_none_of_our_business(tmp_path):
+    path = tmp_path / "comment.toml"
+    path.write_text("# Mühle – 3,9 m\n" + campaign_text(), encoding="utf-8")
+    assert load_campaign(path).mill.radius == 3.9
 
 
 def test_a_missing_file_is_refused(tmp_path):

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from mill_campaign.charge import write_charge
+from liner_mesh import curvature_deg
+from mill_campaign.charge import liner_of, write_charge
 from mill_campaign.decks import copy_decks
 from mill_campaign.generate import generate
 from mill_campaign.parameters import write_parameters
 from mill_campaign.stage_work import Task, mesh
+from mill_campaign.wall_panels import panels_of
 from scene import run_file
 
 QUICK = Path(__file__).parents[2] / "campaigns" / "quick.toml"
@@ -143,7 +145,9 @@ def _check_measurements(case, last):
 
 def test_the_mesh_wall_runs_from_the_same_decks(cases, tmp_path):
     case = json.loads(json.dumps(cases["sb-cs-paper-S2.600"]))
-    case["wall"]["kind"] = "mesh"
+    wall, length = case["wall"], case["mill"]["simulated_length_m"]
+    panels = panels_of(liner_of(case), length, wall["chord_error_m"], wall["axial_divisions"])
+    case["wall"] |= {"kind": "mesh", "curvature_deg": curvature_deg(panels)}
     folder = _prepare(case, tmp_path, "single_ball.in")
     mesh(Task(None, case, folder, folder, 1, 0, folder / "out"))
     assert "ERROR" not in _run(folder, "single_ball.in")
