@@ -396,7 +396,7 @@ def test_wide_characters_are_refused_with_what_to_do(encoding, tmp_path):
 
 def test_a_byte_of_another_encoding_is_refused_with_its_place(tmp_path):
     error = refused(tmp_path, typed('"typed"', '"Mühle"').encode("latin-1"))
-    assert "byte 0xfc (at line 15, column 10)" in error.cause
+    assert "byte 0xfc (at line 29, column 10)" in error.cause
     assert "UTF-8" in error.accepted
 
 
@@ -405,7 +405,7 @@ def test_a_byte_of_another_encoding_is_refused_with_its_place(tmp_path):
     [
         ("= 3.9", "= 3,9", "3,9 (at line 2, column 12), with a decimal comma", "3.9"),
         ("5e-05", "5,5e-5  # s", "5,5e-5 (at line", "5.5e-5"),
-        ("5e-05", "5e−05", "minus sign (at line 28, column 11)", "hyphen-minus, -"),
+        ("5e-05", "5e−05", "minus sign (at line 27, column 12)", "hyphen-minus, -"),
         ("= 6.0", "= –6.0", "en dash (at line", "hyphen-minus, -"),
         ('"typed"', "“typed”", "left double quotation mark (at line", '"'),
         ("= 3.9", "= ３.9", "fullwidth digit three (at line 2, column 12)", "3"),
