@@ -1,7 +1,7 @@
 """Why a stage failed and what to do about it: known kinds of failure, told by their traces.
 
 Traces are the stage's error, what engine and mpirun printed, the last row of the series, kills for
-want of memory since the stage began, and the free disk. The table `KINDS` is the one home of the
+want of memory since the stage began, and the free disk. The table `CAUSES` is the one home of the
 words; `classify` knows no file.
 """
 
@@ -15,6 +15,7 @@ from pathlib import Path
 
 UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "time out"
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
+MISSING_LIBRARY, NOT_SETTLED, DOES_NOT_FIT = "missing library", "not settled", "does not fit"
 # Longest wall time of a stage [s]; `millscale run --time-limit` hands it down.
 TIME_LIMIT_VARIABLE = "MILLSCALE_TIME_LIMIT_S"
 # An engine that writes nothing for so long [s], and for the time of a few lines of its log, makes
@@ -35,67 +36,137 @@ class TimeLimitError(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of failure: what its traces look like, and what to do.
+class Cause:
+    """A cause of failure: its kind, what its traces look like, and what to do.
 
     Attributes:
+        kind: several causes may be of one kind.
         traces: regular expression of what was printed or said; empty if no text tells it.
         advice: one line.
     """
 
-    name: str
+    kind: str
     traces: str
     advice: str
 
 
+# The Debian packages of what the gmsh wheel links to (scripts/setup installs them).
+_LIBRARIES = {
+    "libGLU": "libglu1-mesa",
+    "libGL": "libgl1",
+    "libfontconfig": "libfontconfig1",
+    "libgomp": "libgomp1",
+    "libXcursor": "libxcursor1",
+    "libXfixes": "libxfixes3",
+    "libXft": "libxft2",
+    "libXinerama": "libxinerama1",
+    "libXrender": "libxrender1",
+}
+_WITHOUT_GMSH = 'or take wall.kind = "analytic", which needs no gmsh; run again'
+# What the guard's message ends with: what may be behind it, the likeliest first.
+_LISTED = (
+    "try what the message lists, in its order; millscale plan FILE shows step_s over its limits"
+)
 # Told by their words, in this order: the first that is found. A full disk or memory makes other
 # errors follow it, and a number that is not one makes balls go astray.
-KINDS = (
-    Kind(
+CAUSES = (
+    Cause(
         DISK_FULL,
         r"No space left on device|Disk quota exceeded|File too large",
         "free some disk, or take a larger dump_angle_rad or sample_angle_rad; run again",
     ),
-    Kind(
+    Cause(
         MEMORY,
         r"std::bad_alloc|Failed to (re)?allocate|Cannot allocate memory|MemoryError"
         r"|[Oo]ut [Oo]f [Mm]emory|oom.kill|Unable to allocate",
         "run fewer cases at a time (--jobs), a shorter slice_length_m, or ask for more memory",
     ),
-    Kind(
+    Cause(
         TIME_OUT,
         r"DUE TO TIME LIMIT|longer than the time limit",
         "allow more time (--time-limit), or more ranks; millscale plan predicts the time",
     ),
-    Kind(
+    *(
+        Cause(
+            MISSING_LIBRARY,
+            rf"{library}\.so[.\d]*: cannot open shared object",
+            f"sudo apt-get install {package}, {_WITHOUT_GMSH}",
+        )
+        for library, package in _LIBRARIES.items()
+    ),
+    Cause(
+        MISSING_LIBRARY,
+        r"cannot open shared object file",
+        "install the Debian package that holds the library named (scripts/setup does), "
+        + _WITHOUT_GMSH,
+    ),
+    Cause(
+        MISSING_LIBRARY,
+        r"No module named",
+        "install the package named into the same Python: scripts/setup does; run again",
+    ),
+    Cause(
         NOT_A_NUMBER,
-        r"mill/guard: .*(\bnan\b|not a number|(not|no) finite|infinit)|is NaN!|[Nn]on-numeric"
-        r"|\bis (nan|-?inf) in line",
+        r"mill/guard: .*(\bnan\b|not a number|(not|no) finite|infinit)",
+        _LISTED,
+    ),
+    Cause(
+        NOT_A_NUMBER,
+        r"is NaN!|[Nn]on-numeric|\bis (nan|-?inf) in line",
         "take a shorter step_s, or `advised`; look at the last rows of series.csv",
     ),
-    Kind(
+    Cause("overlap too large", r"mill/guard: .*overlap", _LISTED),
+    Cause(
         "overlap too large",
-        r"mill/guard: .*overlap|balls of the settled bed overlap",
-        "take a shorter step_s, or a larger youngs_modulus_pa",
+        r"balls of the settled bed overlap",
+        "take a larger youngs_modulus_pa (millscale plan FILE warns of soft balls), or, if step_s "
+        "is given, a shorter one",
     ),
-    Kind(
+    Cause(
+        NOT_SETTLED,
+        r"(hangs in the air|still moves) after settling",
+        "take a longer settle_s, or leave it out for 1.27 sqrt(R / g)",
+    ),
+    Cause("lost ball", r"mill/guard: .*(left|outside|lost|faster)", _LISTED),
+    Cause(
         "lost ball",
-        r"[Ll]ost atoms|Out of range atoms|mill/guard: .*(left|outside|lost|faster)",
-        "take a shorter step_s; if it lasts, look where the last row or dump shows it",
+        r"[Ll]ost atoms|Out of range atoms",
+        "look where the last row or dump shows it: at a mesh, for a hole in liner.stl; elsewhere, "
+        "take a shorter step_s",
     ),
-    Kind(
+    Cause(
         "damaged file",
         r"cut short|not a complete dump|[Rr]estart file|not valid JSON|two runs in one file"
         r"|does not match its digest",
         "delete the file named and run again: its stage makes it anew",
     ),
-    Kind(
+    Cause(
         "mesh error",
-        r"liner mesh not fit|the mesh needs|mesh/surface|[Mm]esh .*(element|corrupt|quality|STL)"
-        r"|STL|duplicate elements|liner\.stl",
-        "delete liner.stl and run again; if it lasts, change wall.chord_error_m or axial_divisions",
+        r"liner mesh not fit.*smallest angle|the mesh needs",
+        'leave out wall.axial_divisions: the program chooses; or take wall.kind = "analytic"',
     ),
-    Kind(
+    Cause(
+        "mesh error",
+        r"liner mesh not fit",
+        'change wall.chord_error_m, or take wall.kind = "analytic"',
+    ),
+    Cause(
+        "mesh error",
+        r"mesh/surface|[Mm]esh .*(element|corrupt|quality|STL)|STL|duplicate elements|liner\.stl",
+        "delete liner.stl in the case folder and run again: it is made anew",
+    ),
+    Cause(
+        DOES_NOT_FIT,
+        r"balls of radius .* do not fit|takes less than",
+        "take smaller balls, a smaller S or wider grooves: millscale plan FILE names the largest S",
+    ),
+    Cause(
+        DOES_NOT_FIT,
+        r"centre outside the liner",
+        "delete charge.data, settled.restart and parameters.in in the case folder and run again: "
+        "they are of another mill",
+    ),
+    Cause(
         WRONG_DECK,
         r"Unknown command|Illegal |Invalid \S+ (style|command)|[Uu]nknown (fix|compute|pair|atom)"
         r"|Substitution for|Cannot open (include|input) |expected a (value|number|whole)",
@@ -103,17 +174,26 @@ KINDS = (
     ),
 )
 # Told by something else than words.
-_MORE_KINDS = (
-    Kind(KILLED, "", "run the same command again: finished stages are kept"),
-    Kind(
+_MORE_CAUSES = (
+    Cause(KILLED, "", "run the same command again: finished stages are kept"),
+    Cause(
         "crash",
         "",
         "take a shorter step_s: a ball far outside crashes the engine; else report it with the log",
     ),
-    Kind(NO_PROGRESS, "", "see the processes with top; end the run with Ctrl-C and start it again"),
-    Kind(UNKNOWN, "", "see the log"),
+    Cause(
+        NO_PROGRESS, "", "see the processes with top; end the run with Ctrl-C and start it again"
+    ),
+    Cause(UNKNOWN, "", "see the log"),
 )  # fmt: skip
-ADVICE = {kind.name: kind.advice for kind in (*KINDS, *_MORE_KINDS)}
+KINDS = tuple(dict.fromkeys(cause.kind for cause in (*CAUSES, *_MORE_CAUSES)))
+
+
+def advice_of(kind: str, said: str = "") -> str:
+    """What to do about a failure of a kind, by what was printed or said of it."""
+    of_kind = [cause for cause in (*CAUSES, *_MORE_CAUSES) if cause.kind == kind]
+    found = (cause for cause in of_kind if cause.traces and re.search(cause.traces, said))
+    return next(found, of_kind[-1]).advice
 
 
 @dataclass(frozen=True)
@@ -122,10 +202,7 @@ class Failure:
 
     kind: str
     cause: str
-
-    @property
-    def advice(self) -> str:
-        return ADVICE[self.kind]
+    advice: str
 
 
 @dataclass(frozen=True)
@@ -153,7 +230,7 @@ def classify(traces: Traces) -> Failure:
     """The failure that the traces of a stage tell of."""
     kind, said = _kind(traces)
     cause = " ".join(said.split())
-    return Failure(kind, cause if kind == UNKNOWN else f"{kind}: {cause}")
+    return Failure(kind, cause if kind == UNKNOWN else f"{kind}: {cause}", advice_of(kind, cause))
 
 
 def _kind(traces: Traces) -> tuple[str, str]:
@@ -186,11 +263,11 @@ def _kind(traces: Traces) -> tuple[str, str]:
 
 
 def _by_words(text: str) -> str | None:
-    return next((kind.name for kind in KINDS if re.search(kind.traces, text)), None)
+    return next((cause.kind for cause in CAUSES if re.search(cause.traces, text)), None)
 
 
 def _line_of(kind: str, text: str) -> str:
-    traces = next(x.traces for x in KINDS if x.name == kind)
+    traces = "|".join(x.traces for x in CAUSES if x.kind == kind)
     return next(line.strip() for line in text.splitlines() if re.search(traces, line))
 
 

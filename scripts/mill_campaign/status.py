@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.case import Case
-from mill_campaign.failures import ADVICE, KILLED, NO_PROGRESS, SILENCE, UNKNOWN, Failure
+from mill_campaign.failures import KILLED, KINDS, NO_PROGRESS, SILENCE, UNKNOWN, Failure, advice_of
 from mill_campaign.generate import read_summary
 from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
@@ -133,12 +133,14 @@ def _problem(
     if record is None:
         return None
     if state == "failed":
-        return Failure(record.kind if record.kind in ADVICE else UNKNOWN, record.cause)
+        kind = record.kind if record.kind in KINDS else UNKNOWN
+        return Failure(kind, record.cause, record.advice or advice_of(kind, record.cause))
     if state == "interrupted" and record.state == "running":
         gone = "its process is gone without a word: killed, or the machine went down"
-        return Failure(KILLED, f"{KILLED}: {gone}")
+        return Failure(KILLED, f"{KILLED}: {gone}", advice_of(KILLED))
     if silent is not None and silent > silence:
-        return Failure(NO_PROGRESS, f"{NO_PROGRESS}: nothing written for {silent:.0f} s")
+        cause = f"{NO_PROGRESS}: nothing written for {silent:.0f} s"
+        return Failure(NO_PROGRESS, cause, advice_of(NO_PROGRESS))
     return None
 
 

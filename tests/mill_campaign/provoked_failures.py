@@ -26,7 +26,7 @@ import small_campaign
 from mill_bench.record import provenance
 from mill_campaign.display import problems
 from mill_campaign.engine_run import find_engine
-from mill_campaign.failures import ADVICE, TIME_LIMIT_VARIABLE, UNKNOWN
+from mill_campaign.failures import KINDS, TIME_LIMIT_VARIABLE, UNKNOWN
 from mill_campaign.status import campaign_status
 
 BALL, CHARGE = small_campaign.SINGLE_BALLS[0], small_campaign.CHARGE
@@ -119,8 +119,30 @@ def lost_ball(scene: Scene) -> None:
 
 
 def mesh_error(scene: Scene) -> None:
-    scene.set("wall", "mesh")
+    mesh = ("mesh", "variable liner_file string liner.stl", "variable curvature_deg string 2.0")
+    scene.set("wall", r"\n".join(mesh))
     scene.edit("liner.stl", r"\A((?:.*\n){99})(?:.*\n){5}", r"\1")
+    scene.run()
+
+
+def missing_library(scene: Scene) -> None:
+    """A gmsh that cannot load, as on a machine without the libraries it links to."""
+    packages = scene.runs / "packages"
+    packages.mkdir()
+    said = "libGLU.so.1: cannot open shared object file: No such file or directory"
+    (packages / "gmsh.py").write_text(f"raise OSError({said!r})\n")
+    scene.edit("case.json", '"kind": "analytic"', '"kind": "mesh", "curvature_deg": 2.0')
+    scene.run(PYTHONPATH=str(packages))
+
+
+def does_not_fit(scene: Scene) -> None:
+    scene.set("groove_width", "0.035")
+    scene.set("lifter_top_width", "0.3")
+    scene.run()
+
+
+def hangs(scene: Scene) -> None:
+    scene.set("settle_steps", "20")
     scene.run()
 
 
@@ -223,33 +245,58 @@ def _end(rank: psutil.Process) -> None:
 
 @dataclass(frozen=True)
 class Provocation:
-    """How a failure is brought about, and the kind it must be taken for."""
+    """How a failure is brought about, the kind it must be taken for, words of the advice given."""
 
     kind: str
     case: str
     stage: str
     how: str
     act: Callable[[Scene], None]
+    advice: str = ""
 
 
 _STIFF = "Young's modulus of 1e11 Pa, step as before"
 _COUNTED = "rank killed by signal 9, count of kills for memory raised by hand"
+_PLAN = "millscale plan FILE"
 PROVOCATIONS = (
-    Provocation("nan", BALL, "rotate", "Young's modulus of 1e300 Pa", nan),
-    Provocation("lost ball", BALL, "rotate", "time step ten times too long", beyond_all_bounds),
-    Provocation("overlap too large", CHARGE, "settle", "Young's modulus of 2e4 Pa", overlap),
-    Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball),
-    Provocation("mesh error", BALL, "rotate", "five lines cut out of liner.stl", mesh_error),
-    Provocation("damaged file", CHARGE, "settle", "100 bytes cut off charge.data", damaged_file),
-    Provocation("out of memory", CHARGE, "settle", "box of 120 m, ulimit -v 1.2 GB", no_memory),
-    Provocation("out of memory", BALL, "rotate", _COUNTED, killed_for_memory),
-    Provocation("disk full", BALL, "rotate", "100 KiB left on a file system of its own", disk_full),
-    Provocation("time out", BALL, "rotate", "a rotation of hours, time limit 3 s", time_out),
-    Provocation("wrong deck", BALL, "rotate", "a fix that does not exist", wrong_deck),
-    Provocation("killed", BALL, "rotate", "rank killed by signal 9", killed_rank),
-    Provocation("killed", BALL, "rotate", "stage killed by signal 9", killed_stage),
-    Provocation("crash", BALL, "rotate", "rank ended by signal 11", crash),
-    Provocation("no progress", BALL, "rotate", "rank stopped, silence of 1 s allowed", no_progress),
+    Provocation("nan", BALL, "rotate", "Young's modulus of 1e300 Pa", nan, "in its order"),
+    Provocation(
+        "lost ball", BALL, "rotate", "time step ten times too long", beyond_all_bounds, _PLAN
+    ),
+    Provocation("overlap too large", CHARGE, "settle", "Young's modulus of 2e4 Pa", overlap, _PLAN),
+    Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball, "in its order"),
+    Provocation(
+        "not settled", CHARGE, "settle", "settling for 20 steps", hangs, "a longer settle_s"
+    ),
+    Provocation(
+        "does not fit", BALL, "rotate", "grooves of 35 mm", does_not_fit, "a smaller S or wider"
+    ),
+    Provocation(
+        "missing library", BALL, "mesh", "gmsh without libGLU", missing_library, "libglu1-mesa"
+    ),
+    Provocation(
+        "mesh error", BALL, "rotate", "five lines cut out of liner.stl", mesh_error, "liner.stl"
+    ),
+    Provocation(
+        "damaged file", CHARGE, "settle", "100 bytes cut off charge.data", damaged_file, "delete"
+    ),
+    Provocation(
+        "out of memory", CHARGE, "settle", "box of 120 m, ulimit -v 1.2 GB", no_memory, "--jobs"
+    ),
+    Provocation("out of memory", BALL, "rotate", _COUNTED, killed_for_memory, "--jobs"),
+    Provocation(
+        "disk full", BALL, "rotate", "100 KiB left on a file system of its own", disk_full, "free"
+    ),
+    Provocation(
+        "time out", BALL, "rotate", "a rotation of hours, time limit 3 s", time_out, "--time-limit"
+    ),
+    Provocation("wrong deck", BALL, "rotate", "a fix that does not exist", wrong_deck, "*.in"),
+    Provocation("killed", BALL, "rotate", "rank killed by signal 9", killed_rank, "run the same"),
+    Provocation("killed", BALL, "rotate", "stage killed by signal 9", killed_stage, "run the same"),
+    Provocation("crash", BALL, "rotate", "rank ended by signal 11", crash, "report it"),
+    Provocation(
+        "no progress", BALL, "rotate", "rank stopped, silence of 1 s allowed", no_progress, "top"
+    ),
 )
 
 
@@ -314,7 +361,7 @@ def main() -> int:
         **provenance(),
         "command": f"python tests/mill_campaign/provoked_failures.py --to {options.to}",
         "kinds_provoked": kinds,
-        "kinds_not_provoked": sorted(set(ADVICE) - set(kinds) - {UNKNOWN}),
+        "kinds_not_provoked": sorted(set(KINDS) - set(kinds) - {UNKNOWN}),
         "recognised": sum(row["recognised"] for row in rows),
         "provoked": len(rows),
         "failures": rows,
