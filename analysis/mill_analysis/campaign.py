@@ -19,6 +19,7 @@ from mill_analysis.run_folder import (
     load_finished,
     missing_products,
     read_json,
+    verify_line,
     why_missing,
 )
 from mill_analysis.windows import common_windows
@@ -66,7 +67,13 @@ class Campaign:
 
     @cached_property
     def checks(self) -> dict[str, Row]:
-        return campaign_checks(self.rows, self.fits, self.charges, self.missing)
+        fits = self.fits if self.of_paper else []
+        return campaign_checks(self.rows, fits, self.charges, self.missing)
+
+    @property
+    def of_paper(self) -> bool:
+        """Whether the physical mill is the paper's, whose numbers stand beside these then."""
+        return all(paper.is_papers_mill(case.case) for case in [*self.single, *self.charges])
 
     @property
     def name(self) -> str:
@@ -78,7 +85,7 @@ class Campaign:
         Raises:
             RunFolderError: a result.json or timing.json holds something else than it should.
         """
-        with understood(self.runs, f"find the file with: millscale verify {self.runs}"):
+        with understood(self.runs, f"find the file with: {verify_line(self.runs)}"):
             return self._results()
 
     def _results(self) -> dict[str, Any]:
@@ -137,7 +144,8 @@ def settling_time(case: FinishedCase) -> float | None:
 
 def _charge_row(case: FinishedCase) -> Row:
     document, result, timing = case.case, case.result, case.timing
-    reported = paper.reported_charge(document["S"])
+    of_paper = paper.is_papers_mill(document)
+    reported = paper.reported_charge(document["S"]) if of_paper else None
     return {
         **{key: document[key] for key in ("id", "scheme", "policy", "S", "seed")},
         "balls": document["ball"]["count"],

@@ -22,7 +22,8 @@ def campaign_checks(
     """Checks by name. `passed` is None where the campaign does not hold enough to tell.
 
     Args:
-        rows, fits: of `comparison.single_ball_rows` and `comparison.regressions`.
+        rows: of `comparison.single_ball_rows`.
+        fits: of `comparison.regressions`, of the paper's mill: the limits are about its numbers.
         charges: finished multi-ball cases.
         missing: why a case is not in the report, by its id.
     """

@@ -120,7 +120,8 @@ def _row(case: FinishedCase, window: Window | None) -> Row:
         "centre_path_ratio": document["centre_path_energy_ratio"],
         "wall_time_s": case.timing["wall_time_s"],
     }
-    reported = paper.reported_energy(row["scheme"], row["S"])
+    of_paper = paper.is_papers_mill(document)
+    reported = paper.reported_energy(row["scheme"], row["S"]) if of_paper else None
     row["paper_energy_change_J"] = reported.change if reported else None
     row["paper_energy_ratio"] = reported.ratio if reported else None
     return row

@@ -10,6 +10,7 @@ from mill_analysis import shape_figures, speed_figures
 from mill_analysis.charge_comparison import ChargeComparison
 from mill_analysis.charge_models import Charge, seeds_of
 from mill_analysis.comparison import is_physical
+from mill_analysis.paper import is_papers_mill
 from mill_analysis.report_figures import Image, save_image, words
 from mill_analysis.run_folder import RunFolderError
 from mill_analysis.snapshot_sheet import snapshot_sheet
@@ -20,8 +21,13 @@ SHEET_OF = {"constant-gravity": "Fig. 9", "constant-speed": "Fig. 10"}
 
 @dataclass(frozen=True)
 class ComparisonImages:
-    """Images by what they show; `problems` says what could not be drawn, and why."""
+    """Images by what they show; `problems` says what could not be drawn, and why.
 
+    Attributes:
+        of_paper: the mill is the paper's, so its figures are named.
+    """
+
+    of_paper: bool = True
     sheets: list[Image] = field(default_factory=list)
     contours: list[Image] = field(default_factory=list)
     curtains: list[Image] = field(default_factory=list)
@@ -29,10 +35,14 @@ class ComparisonImages:
     speed: list[Image] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
+    def caption(self, figure: str, text: str) -> str:
+        """A caption that names the paper's figure where the mill is the paper's."""
+        return f"{figure}: {text}" if self.of_paper else text
+
 
 def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImages:
     """Draw all models of a campaign into the report's folder; one seed of each."""
-    images = ComparisonImages()
+    images = ComparisonImages(all(is_papers_mill(c.case) for c in comparison.charges))
     first = [c for c in comparison.charges if seeds_of(c, comparison.charges)[0] is c]
     if not first:
         return images
@@ -45,9 +55,9 @@ def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImage
         _of_scheme(images, comparison, scheme, charges, to)
     _flow(images, first, to)
     rows = model_rows(comparison.rows)
-    images.speed.append(
-        save_image(speed_figures.run_times(rows), to / "table10-wall-time.png", "Table 10")
-    )
+    figure = speed_figures.run_times(rows, images.of_paper)
+    caption = images.caption("Table 10", "time of a rotation")
+    images.speed.append(save_image(figure, to / "table10-wall-time.png", caption))
     if any(not row["is_reference"] for row in rows):
         figure = speed_figures.speed_against_error(rows)
         caption = "speed against error; numbers: S; bars: standard deviation over seeds"
@@ -79,7 +89,8 @@ def _of_scheme(
     angles = sorted(comparison.shapes)
     if not any(comparison.shapes.values()):
         images.problems.append(
-            f"{words(scheme)}, Figs. 9 to 12: no case has a dump at the mill angles of the others"
+            f"{words(scheme)}, snapshots, contours and curtains: no case has a dump at the mill "
+            "angles of the others"
         )
         return
     try:
@@ -87,20 +98,20 @@ def _of_scheme(
     except RunFolderError as error:
         images.problems.append(str(error))
     else:
-        caption = f"{SHEET_OF.get(scheme, 'Figs. 9, 10')}: {words(scheme)}"
+        caption = images.caption(SHEET_OF.get(scheme, "Figs. 9, 10"), words(scheme))
         images.sheets.append(save_image(sheet, to / f"fig9-{scheme}.png", caption))
     figure = shape_figures.contours(comparison, charges)
-    images.contours.append(
-        save_image(figure, to / f"fig11-{scheme}.png", f"Fig. 11: {words(scheme)}")
-    )
+    caption = images.caption("Fig. 11", words(scheme))
+    images.contours.append(save_image(figure, to / f"fig11-{scheme}.png", caption))
     last = comparison.shapes[comparison.last_angle]
     known = [c for c in charges if c.key in last]
     if any(last[c.key].curtains for c in known):
         figure = shape_figures.curtain_profiles(comparison, known)
-        caption = f"Fig. 12: {words(scheme)}, {comparison.last_angle:.4g} rad"
+        text = f"{words(scheme)}, {comparison.last_angle:.4g} rad"
+        caption = images.caption("Fig. 12", text)
         images.curtains.append(save_image(figure, to / f"fig12-{scheme}.png", caption))
     else:
-        images.problems.extend(sorted({f"Fig. 12, {c.id}: {last[c.key].problem}" for c in known}))
+        images.problems.extend(sorted({f"curtains, {c.id}: {last[c.key].problem}" for c in known}))
 
 
 def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
@@ -109,14 +120,15 @@ def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
     for charge in charges:
         if charge not in known:
             images.problems.append(
-                f"Fig. 14, {charge.id}: series.csv has no mass in the monitoring box; run the "
+                f"mass flow, {charge.id}: series.csv has no mass in the monitoring box; run the "
                 "case again to measure it"
             )
     if not known:
         return
     box = shape_figures.monitoring_box(known[0])
-    images.flow.append(save_image(box, to / "fig13-box.png", "Fig. 13: the box at rest"))
+    caption = images.caption("Fig. 13", "the box at rest")
+    images.flow.append(save_image(box, to / "fig13-box.png", caption))
     for scheme, own in by_scheme(known).items():
         figure = shape_figures.mass_flow(own)
-        caption = f"Fig. 14: {words(scheme)}"
+        caption = images.caption("Fig. 14", words(scheme))
         images.flow.append(save_image(figure, to / f"fig14-{scheme}.png", caption))

@@ -129,11 +129,12 @@ def energy_curves(tracks: Sequence[Track], over_prediction: bool = False) -> Fig
     return figure
 
 
-def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]]) -> Figure:
+def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]], of_paper: bool = True) -> Figure:
     """Energy ratio against its prediction, every policy and the paper (Fig. 8), and the deviation.
 
     Args:
         rows: of `comparison.single_ball_rows`, of one scheme.
+        of_paper: whether the mill is the paper's.
     """
     models = policy_models(list(rows), row_key)
     with rc_context(STYLE):
@@ -148,12 +149,12 @@ def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]]) -> Figure:
                 [(r["predicted_ratio"], r["energy_ratio"]) for r in compared],
                 {"marker": mark, "color": colour, "label": f"policy {policy}", "zorder": 3},
             )
-        reported = paper.reported_energies(scheme)
-        _ratio_points(
-            (upper, lower),
-            [(row.predicted, row.ratio) for row in reported],
-            {"marker": "x", "color": "#444", "label": "the paper", "zorder": 2},
-        )
+        if of_paper:
+            _ratio_points(
+                (upper, lower),
+                [(row.predicted, row.ratio) for row in paper.reported_energies(scheme)],
+                {"marker": "x", "color": "#444", "label": "the paper", "zorder": 2},
+            )
         power = {"constant-gravity": " = 1/S", "constant-speed": " = 1/S²"}.get(scheme, "")
         lower.set(xlabel=f"predicted ratio{power}", ylabel="deviation [%]")
         upper.set_ylabel("ratio of energy change to S = 1")

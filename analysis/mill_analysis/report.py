@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from mill_analysis import comparison, paper, report_figures
 from mill_analysis.campaign import Campaign, load_campaign
 from mill_analysis.charge_errors import CURTAINS_OF_THE_PAPER
 from mill_analysis.comparison_figures import comparison_images
-from mill_analysis.run_folder import RunFolderError
+from mill_analysis.run_folder import RunFolderError, verify_line
 from mill_analysis.speed_error import model_rows
 from mill_analysis.windows import common_windows
 from mill_runs.untrusted import understood
@@ -38,12 +39,12 @@ def build_report(runs: Path) -> Path:
         raise RunFolderError(
             Path(runs),
             f"none of its {len(campaign.missing)} cases is finished",
-            f"run them with: millscale run FILE --runs {runs}",
+            f"run them with: millscale run FILE --runs {shlex.quote(str(runs))}",
         )
     part = campaign.runs / f"{REPORT}.part"
     new_folder(part)
     write_json(part / RESULTS, campaign.results())
-    with understood(campaign.runs, f"find the file with: millscale verify {campaign.runs}"):
+    with understood(campaign.runs, f"find the file with: {verify_line(campaign.runs)}"):
         write_text(part / INDEX, _page(campaign, part))
     folder = campaign.runs / REPORT
     replace_folder(part, folder)
@@ -79,6 +80,7 @@ def _page(campaign: Campaign, folder: Path) -> str:
         reported_charge=paper.reported_charge,
         paper_curtains=[str(number) for number in CURTAINS_OF_THE_PAPER],
         model=_model(campaign),
+        of_paper=campaign.of_paper,
     )
 
 
@@ -124,6 +126,9 @@ def _geometry(campaign: Campaign) -> list[dict[str, Any]]:
         "constant-gravity": paper.table("table6_constant_gravity"),
         "constant-speed": paper.table("table7_constant_speed"),
     }
+    liners = paper.table("table4_geometry")
+    if not campaign.of_paper:
+        operation, liners = {}, ()
     seen = {}
     for case in campaign.single + campaign.charges:
         document = case.case
@@ -135,7 +140,7 @@ def _geometry(campaign: Campaign) -> list[dict[str, Any]]:
                 "policy": document["policy"],
                 "S": S,
                 "mill": document["mill"],
-                "liner": paper.scheme_row(paper.table("table4_geometry"), S),
+                "liner": paper.scheme_row(liners, S),
                 "operation": paper.scheme_row(operation.get(scheme, ()), S),
             },
         )
@@ -150,7 +155,7 @@ def _angles(campaign: Campaign) -> list[dict[str, Any]]:
             "scheme": fit["scheme"],
             "policy": fit["policy"],
             "fit": fit,
-            "reported": paper.reported_throw(fit["scheme"]),
+            "reported": paper.reported_throw(fit["scheme"]) if campaign.of_paper else None,
             "rows": models[fit["scheme"], fit["policy"]],
         }
         for fit in campaign.fits
@@ -160,7 +165,7 @@ def _angles(campaign: Campaign) -> list[dict[str, Any]]:
 def _energies(campaign: Campaign) -> list[dict[str, Any]]:
     """Tables 8 and 9: for each scheme a line for each S, a cell for each policy."""
     models = comparison.policy_models(campaign.rows, comparison.row_key)
-    tables = []
+    tables, of_paper = [], campaign.of_paper
     for scheme in dict.fromkeys(row["scheme"] for row in campaign.rows):
         policies = [policy for of, policy in models if of == scheme]
         columns = [{row["S"]: row for row in models[scheme, policy]} for policy in policies]
@@ -168,26 +173,28 @@ def _energies(campaign: Campaign) -> list[dict[str, Any]]:
             {
                 "scheme": scheme,
                 "policies": policies,
-                "reported": paper.reported_throw(scheme),
+                "reported": paper.reported_throw(scheme) if of_paper else None,
                 "paper_worst": max(
                     (row.ratio / row.predicted - 1.0 for row in paper.reported_energies(scheme)),
                     key=abs,
                     default=None,
                 ),
-                "lines": [_line(scheme, S, columns) for S in sorted(set().union(*columns))],
+                "lines": [
+                    _line(scheme, S, columns, of_paper) for S in sorted(set().union(*columns))
+                ],
                 "fits": [fit for fit in campaign.fits if fit["scheme"] == scheme],
             }
         )
     return tables
 
 
-def _line(scheme: str, S: float, columns: list[dict[float, Any]]) -> dict[str, Any]:
+def _line(scheme: str, S: float, columns: list[dict[float, Any]], of_paper: bool) -> dict[str, Any]:
     """One S of a scheme: a cell for each policy's column of rows by S."""
     cells = [column.get(S) for column in columns]
     return {
         "S": S,
         "predicted": next(cell["predicted_ratio"] for cell in cells if cell),
-        "paper": paper.reported_energy(scheme, S),
+        "paper": paper.reported_energy(scheme, S) if of_paper else None,
         "cells": cells,
     }
 

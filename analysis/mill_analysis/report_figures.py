@@ -82,7 +82,7 @@ def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:
     """Fig. 8 by scheme."""
     return {
         scheme: save_image(
-            figures.energy_ratios(scheme, list(rows)),
+            figures.energy_ratios(scheme, list(rows), campaign.of_paper),
             to / f"fig8-{scheme}.png",
             f"{words(scheme)}: energy ratio against its prediction",
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -81,7 +82,7 @@ def load_finished(folder: Path) -> FinishedCase:
     return FinishedCase(
         folder,
         case,
-        read_json(folder / RESULT, f"python -m mill_analysis.case {folder}"),
+        read_json(folder / RESULT, shlex.join(["python", "-m", "mill_analysis.case", str(folder)])),
         load_timing(folder),
     )
 
@@ -144,4 +145,10 @@ def why_missing(folder: Path) -> str:
 
 
 def _run(folder: Path) -> str:
-    return f"millscale run FILE --runs {folder.parent.parent} --only {folder.name}"
+    runs = shlex.quote(str(folder.parent.parent))
+    return f"millscale run FILE --runs {runs} --only {folder.name}"
+
+
+def verify_line(runs: Path) -> str:
+    """The command that finds damaged files of a runs folder."""
+    return shlex.join(["millscale", "verify", str(runs)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -70,13 +71,14 @@ def _first_throw(case: dict[str, Any], series: Series, throw: events.Throw) -> d
             "off_parabola_kinetic_J": kinetic,
             "off_parabola_potential_J": potential,
         },
-        "paper_angles": _at_paper_angles(case["scheme"], series),
+        "paper_angles": _at_paper_angles(case, series),
     }
 
 
-def _at_paper_angles(scheme: str, series: Series) -> dict[str, Any] | None:
-    """Energy change between the mill angles of Table 8 or 9; None where it cannot be."""
-    reported = paper.reported_throw(scheme)
+def _at_paper_angles(case: Mapping[str, Any], series: Series) -> dict[str, Any] | None:
+    """Energy change between the mill angles of Table 8 or 9; None where it cannot be, and of any
+    mill but the paper's."""
+    reported = paper.reported_throw(case["scheme"]) if paper.is_papers_mill(case) else None
     if reported is None or reported.end > series["mill_angle_rad"][-1]:
         return None
     seen = events.flights(series)

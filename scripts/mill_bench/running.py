@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from rich.console import Console
@@ -19,9 +20,8 @@ def finish_campaign(campaign: Path, folder: Path, only: list[str], console: Cons
         CampaignError: a case failed.
     """
     if not run_campaign(request(campaign, folder, only, CoreWish()), console):
-        raise CampaignError(
-            "millscale bench", campaign.name, "a case failed", f"see millscale status {folder}"
-        )
+        look = "see " + shlex.join(["millscale", "status", str(folder)])
+        raise CampaignError("millscale bench", campaign.name, "a case failed", look)
 
 
 def engine_output(line: list, folder: Path) -> str:

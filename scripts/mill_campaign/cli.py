@@ -30,6 +30,7 @@ from mill_campaign.cli_options import (
     RunsOption,
     Slurm,
     TimeLimit,
+    check_time_limit,
     console_of,
 )
 from mill_campaign.errors import CampaignError
@@ -152,6 +153,8 @@ def run(
         run_campaign,
     )
 
+    if time_limit is not None:
+        check_time_limit(time_limit)
     if profile and not slurm:
         raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
     cluster = Cluster(profile) if slurm else None
@@ -161,7 +164,7 @@ def run(
         return
     if not ignore_disk:
         check_free_disk(asked)
-    if time_limit:
+    if time_limit is not None:
         os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:

@@ -9,6 +9,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from mill_campaign.errors import CampaignError
+
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
 EXIT_INTERRUPTED = 130
@@ -52,7 +54,7 @@ IgnoreDisk = Annotated[
 TimeLimit = Annotated[
     float | None,
     typer.Option(
-        metavar="S", min=0.1, help="Longest wall time of a stage [s]; it then ends and has failed."
+        metavar="S", help="Longest wall time of a stage [s]; it then ends and has failed."
     ),
 ]
 Slurm = Annotated[
@@ -65,6 +67,21 @@ Profile = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
+
+
+# Of a stage [s]; the system's timer counts no more than some centuries.
+SHORTEST_LIMIT, LONGEST_LIMIT = 0.1, 1e9
+
+
+def check_time_limit(seconds: float) -> None:
+    """Refuse a wall time of stages that is no time.
+
+    Raises:
+        CampaignError: says what is accepted.
+    """
+    if not SHORTEST_LIMIT <= seconds <= LONGEST_LIMIT:
+        accepted = f"{SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g} s; none: no such option"
+        raise CampaignError("millscale run", "--time-limit", f"got {seconds:g}", accepted)
 
 
 def console_of(stderr: bool = False) -> Console:

@@ -42,7 +42,7 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
         "pair",
         "contacts between balls: pair style, neighbour list, ghost balls",
         not single,
-        "a single ball has no other to touch" if single else "Eqs. 16-22 of the paper",
+        "a single ball has no other to touch" if single else "balls touch each other",
         "pair",
         ("none", "gran"),
     )
@@ -93,7 +93,7 @@ def _rolling(campaign: Campaign, pair: str) -> Term:
         "rolling",
         f"rolling friction {BETWEEN[pair]}, a directional constant torque (cdt)",
         coefficient > 0.0,
-        "Eq. 22 of the paper" if coefficient else f"rolling_friction_{pair} is 0",
+        f"rolling_friction_{pair} is {coefficient:g}",
         f"rolling_model_{pair}",
         ("off", "cdt"),
     )

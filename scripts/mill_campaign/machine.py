@@ -32,11 +32,13 @@ class Allocation:
         ranks: MPI ranks by case id; a single ball runs on one.
         jobs: the most cases that run at a time.
         cores: the most cores in use at a time.
+        notes: what the campaign asks for and does not get, and why.
     """
 
     ranks: Mapping[str, int]
     jobs: int
     cores: int
+    notes: tuple[str, ...] = ()
 
 
 def available_cores() -> int:

@@ -11,7 +11,7 @@ from mill_campaign.time_step import impact_speed
 Statement = dict[str, str]
 
 POLICY_REASONS = {
-    "paper": "the law for point masses is applied as printed",
+    "paper": "the law for point masses is applied as it stands",
     "corrected": "speed or gravity follow the path of the ball's centre, R - a",
     "offset-liner": "the liner is built so that the path of the ball's centre scales",
 }
@@ -41,17 +41,18 @@ def _say(what: str, reason: str) -> Statement:
 def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
     said = [
         _say(
-            "Hertz-Mindlin contacts with damping", "Eqs. 16-21 of the paper; normal force of Hertz"
+            "Hertz-Mindlin contacts with damping",
+            "normal force of Hertz, tangential spring and dashpots; docs/theory.md",
         ),
         _say(
             "lifters as rigid rotating surfaces",
             "they throw the balls; moved exactly about the axis",
         ),
         _wall(campaign),
-        _say("periodic ends", "a piece of a long mill, as in the paper"),
+        _say("periodic ends", "a piece of a long mill"),
         _say(
             "wall with the elastic constants of the balls",
-            "assumption: the paper gives none for the mill, only friction and restitution",
+            "assumption: a campaign gives moduli of the balls alone",
         ),
     ]
     if model.study.kind == "multi-ball":
@@ -93,7 +94,7 @@ def _wall(campaign: Campaign) -> Statement:
 
 def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
     said = [
-        _say("ore, powder and slurry", "the paper studies balls alone"),
+        _say("ore, powder and slurry", "balls alone are simulated"),
         _say("air drag", _drag(campaign)),
         _say("breakage and wear", "balls and liner keep their shape over a few turns"),
         _say("end walls", "periodic along the axis"),
@@ -112,7 +113,7 @@ def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
     if model.study.kind == "single-ball":
         said.append(_say("other balls", "one ball alone, to test the law of detachment and flight"))
     elif campaign.ball.radius_std == 0.0:
-        said.append(_say("spread of ball radii", "the paper does not give its standard deviation"))
+        said.append(_say("spread of ball radii", "radius_std_m is 0"))
     return said
 
 

@@ -45,7 +45,22 @@ def place(
         ranks = {x.id: _within(x, given, share, rates) for x in cases}
     else:
         ranks = _balanced(cases, cores, rates)
-    return Allocation(ranks, jobs or cores, max(cores, wanted))
+    notes = _lowered(asked, usual, cores, jobs, share) if charges else ()
+    return Allocation(ranks, jobs or cores, max(cores, wanted), notes)
+
+
+def _lowered(
+    asked: CoreWish, usual: CoreWish, cores: int, jobs: int | None, share: int
+) -> tuple[str, ...]:
+    """Say which of the campaign's numbers are too large for this machine."""
+    notes = []
+    offered = f"this machine offers {cores} core{'s' if cores > 1 else ''}"
+    if usual.jobs and not asked.jobs and usual.jobs > cores:
+        notes.append(f"run.jobs = {usual.jobs} lowered to {cores}: {offered}")
+    if usual.ranks and not asked.ranks and usual.ranks > share:
+        beside = f" for {jobs} cases at a time" if jobs and jobs > 1 else ""
+        notes.append(f"run.ranks = {usual.ranks} lowered to {share}: {offered}{beside}")
+    return tuple(notes)
 
 
 def place_on_cluster(

@@ -38,11 +38,11 @@ def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
 def rows_of(cases: Sequence[Case], campaign: Campaign) -> list[Row]:
     """`plan_rows` of cases of a campaign that are at hand, as `millscale run` would place them."""
     usual = CoreWish(campaign.ranks, campaign.jobs)
-    chosen = place(cases, CoreWish(), usual).ranks
-    return [_row(case, chosen[case.id]) for case in cases]
+    chosen = place(cases, CoreWish(), usual)
+    return [_row(case, chosen.ranks[case.id], chosen.notes) for case in cases]
 
 
-def _row(case: Case, ranks: int) -> Row:
+def _row(case: Case, ranks: int, notes: tuple[str, ...] = ()) -> Row:
     mill, time, ball = case["mill"], case["time"], case["ball"]
     steps = time["settle_steps"] + time["steps"]
     same_in_mill = (
@@ -70,7 +70,7 @@ def _row(case: Case, ranks: int) -> Row:
         "ranks": ranks,
         "predicted_wall_time_s": wall_time(case, ranks),
         "output_bytes": case["predicted"]["output_bytes"],
-        "warnings": case["warnings"],
+        "warnings": [*case["warnings"], *(notes if case.kind == "multi-ball" else ())],
         "model": case["model"],
     }
 

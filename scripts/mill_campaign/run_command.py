@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -144,6 +145,8 @@ def run_campaign(asked: Request, console: Console) -> bool:
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs, [case.id for case in asked.cases])
+        for note in asked.allocation.notes:
+            console.print(note, markup=False, highlight=False, soft_wrap=True)
         for case in asked.cases:
             if note := attempt_note(asked.runs / CASES_FOLDER / case.id, case.document):
                 console.print(f"{case.id}: {note}", markup=False, highlight=False, soft_wrap=True)
@@ -158,7 +161,8 @@ def run_campaign(asked: Request, console: Console) -> bool:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     done = all(status.state == "done" for status in statuses)
     if done:
-        console.print(f"next: millscale report {asked.runs}", markup=False, highlight=False)
+        line = shlex.join(["millscale", "report", str(asked.runs)])
+        console.print(f"next: {line}", markup=False, highlight=False, soft_wrap=True)
     elif code and not any(status.problem for status in statuses):
         log = asked.runs / WORKFLOW_LOG
         text = f"workflow failed: {last_problem(asked.runs)}; see {log}"

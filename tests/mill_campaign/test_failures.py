@@ -103,7 +103,10 @@ def test_traces_tell_the_kind(kind, traces):
         ("the charge hangs in the air after settling: 0% of its balls touch", "a longer settle_s"),
         ("the charge still moves after settling: rms speed 3 m/s", "a longer settle_s"),
         ("balls of the settled bed overlap by 0.006 m", "a larger youngs_modulus_pa"),
-        ("liner mesh not fit for use: smallest angle of a triangle is 0.01", "axial_divisions out"),
+        (
+            "liner mesh not fit for use: smallest angle of a triangle is 0.01",
+            "leave out wall.axial_divisions",
+        ),
         ("liner mesh not fit for use: 3 open edges", "wall.chord_error_m"),
     ],
 )
