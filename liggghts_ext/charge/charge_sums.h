@@ -15,10 +15,11 @@
 
 namespace millscale::charge {
 
-/// One ball: its centre in the cross-section, from the axis, and the squares of velocity and spin.
+/// One ball: its centre in the cross-section, from the axis, the squares of velocity and spin, and
+/// its angular momentum about the axis, spin included [kg m^2/s].
 struct Ball {
   liner::Point centre;
-  double mass, radius, speed_squared, spin_squared;
+  double mass, radius, speed_squared, spin_squared, angular_momentum;
 };
 
 /// What is measured, besides the sums over all balls.
@@ -36,6 +37,7 @@ struct Summary {
   double box_fixed, box_rotating;  ///< mass over total mass; NaN in a plain drum
   double toe, shoulder;            ///< from the vertical [rad]; NaN without a bed at the wall
   double overlap_with_ball, overlap_with_wall, largest_speed;
+  double angular_momentum;  ///< about the axis, in the direction of rotation [kg m^2/s]
 };
 
 /// Numbers of one pass over the balls: maxima first, then sums, so that the numbers of several
@@ -85,6 +87,7 @@ class ChargeSums {
     numbers_[rotation] += 0.2 * ball.mass * ball.radius * ball.radius * ball.spin_squared;
     numbers_[moment_x] += ball.mass * ball.centre.x;
     numbers_[moment_z] += ball.mass * ball.centre.z;
+    numbers_[angular_momentum] += ball.angular_momentum;
     const double near = top_ - 2.0 * std::max(plan_.ball_radius, ball.radius);
     if (near < 0.0 || square > near * near) add_near_wall(ball, std::sqrt(square));
   }
@@ -124,6 +127,7 @@ class ChargeSums {
     s.overlap_with_ball = numbers_[overlap_with_ball];
     s.overlap_with_wall = numbers_[overlap_with_wall];
     s.largest_speed = std::sqrt(numbers_[speed_squared]);
+    s.angular_momentum = numbers_[angular_momentum];
     put_bed(s);
     return s;
   }
@@ -141,6 +145,7 @@ class ChargeSums {
     rotation,
     moment_x,
     moment_z,
+    angular_momentum,
     in_fixed,
     in_rotating,
     first_bin

@@ -111,16 +111,6 @@ struct BallTerms {
   bool rolling = true;   ///< constant directional torque (cdt)
 };
 
-/// A ball's share in what its contacts' tangential damping is divided by [-]: dt D / m, D [kg/s]
-/// being the sum of the tangential coefficients of the ball's contacts one step earlier. An
-/// explicit dashpot takes c dt / m of a speed in one step, all contacts of a ball D dt / m; a bed
-/// of many damped contacts gains energy from them before any single one does. The divisor goes to
-/// 1 with dt, so the converged motion stays the same; `damping_time_step_limit` has what it gains.
-[[gnu::always_inline]] inline double damping_held(double damping, double mass, double dt)
-{
-  return dt * damping / mass;
-}
-
 /// Force and torques of two balls on each other: Hertz-Mindlin with damping, tangential memory and
 /// constant rolling friction, the arithmetic of LIGGGHTS's `hertz`, `history` and `cdt`, in a form
 /// without branches so that it also works on packs of numbers. Powder Technology 335 (2018)

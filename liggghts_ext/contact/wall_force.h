@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "contact/damping_bound.h"
 #include "contact/hertz_mindlin.h"
 #include "geometry/vector.h"
 
@@ -35,8 +36,9 @@ struct WallParts {
 };
 
 struct ForceAndTorque {
-  Vector force{};   ///< on the ball [N]
-  Vector torque{};  ///< on the ball about its centre [N m]
+  Vector force{};        ///< on the ball [N]
+  Vector torque{};       ///< on the ball about its centre [N m]
+  double damping = 0.0;  ///< tangential coefficient, 0 if the contact slips [kg/s]
   WallParts parts;
 };
 
@@ -55,8 +57,8 @@ inline Vector sliding_velocity(const WallTouch& touch, double lever)
 }
 
 /// Mindlin spring with memory, capped by Coulomb's limit; damped only while it sticks. Advances
-/// `displacement` by `dt`; with dt = 0 the memory is used as it is.
-inline void tangential_force(const Coefficients& k, double limit, const Vector& sliding,
+/// `displacement` by `dt`; with dt = 0 the memory is used as it is. Returns whether it sticks.
+inline bool tangential_force(const Coefficients& k, double limit, const Vector& sliding,
                              const Vector& normal, double dt, Vector& displacement,
                              WallParts& parts)
 {
@@ -74,13 +76,14 @@ inline void tangential_force(const Coefficients& k, double limit, const Vector& 
       parts.tangential[d] = -k.tangential_stiffness * displacement[d] * share;
       if (dt > 0.0) displacement[d] *= share;
     }
-  } else {
-    for (int d = 0; d < 3; ++d) {
-      parts.damped[d] = -k.tangential_damping * sliding[d];
-      parts.tangential[d] =
-          -k.tangential_stiffness * displacement[d] - k.tangential_damping * sliding[d];
-    }
+    return false;
   }
+  for (int d = 0; d < 3; ++d) {
+    parts.damped[d] = -k.tangential_damping * sliding[d];
+    parts.tangential[d] =
+        -k.tangential_stiffness * displacement[d] - k.tangential_damping * sliding[d];
+  }
+  return true;
 }
 
 /// Rolling friction as a torque of constant size against the spin, without its part about the
@@ -102,10 +105,13 @@ inline Vector rolling_torque(double size, const WallTouch& touch)
 /// rolling friction, as LIGGGHTS evaluates `hertz`, `history` and `cdt` at a wall. Powder
 /// Technology 335 (2018) 91-102, Eqs. 16-22. Damping may make the normal force attractive at the
 /// end of an impact, as there. `displacement` [m] is the contact's memory; dt [s] is 0 at set-up.
+/// The tangential coefficient is divided by 1 + `held`, of `damping_held`; 0 leaves it as it is.
 inline ForceAndTorque wall_force(const Pair& pair, const Friction& friction, const WallTouch& touch,
-                                 double dt, Vector& displacement)
+                                 double dt, Vector& displacement, double held = 0.0)
 {
-  const Coefficients k = coefficients(pair, touch.overlap);
+  Coefficients k = coefficients(pair, touch.overlap);
+  const double undivided = k.tangential_damping;
+  k.tangential_damping /= 1.0 + held;
   const double normal_speed = dot(touch.velocity, touch.normal);
   const double elastic = k.normal_stiffness * touch.overlap;
   const double normal_force = elastic - k.normal_damping * normal_speed;
@@ -116,8 +122,9 @@ inline ForceAndTorque wall_force(const Pair& pair, const Friction& friction, con
   parts.lever = lever;
   parts.spring = elastic;
   parts.push = normal_force;
-  detail::tangential_force(k, friction.sliding * std::abs(normal_force), sliding, touch.normal, dt,
-                           displacement, parts);
+  if (detail::tangential_force(k, friction.sliding * std::abs(normal_force), sliding, touch.normal,
+                               dt, displacement, parts))
+    result.damping = undivided;
   for (int d = 0; d < 3; ++d)
     result.force[d] = normal_force * touch.normal[d] + parts.tangential[d];
   const Vector moment = cross(touch.normal, parts.tangential);

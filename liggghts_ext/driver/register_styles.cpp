@@ -16,6 +16,7 @@
 #include "fix.h"
 #include "fix_contact_damping.h"
 #include "fix_mill_detach_track.h"
+#include "fix_mill_drive.h"
 #include "fix_mill_forces.h"
 #include "fix_mill_guard.h"
 #include "fix_mill_ledger.h"
@@ -104,6 +105,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
   fixes["mill/ledger"] = &create_fix<LAMMPS_NS::FixMillLedger>;
+  fixes["mill/drive"] = &create_fix<LAMMPS_NS::FixMillDrive>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
@@ -126,6 +128,7 @@ void list_styles(std::ostream& out)
          "  fix mill/guard           stops a run that goes wrong, with the ball and the reason\n"
          "  fix mill/ledger          work of the mill against what the charge stores and "
          "dissipates\n"
+         "  fix mill/drive           work, torque and power of the drive, added up at every step\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "

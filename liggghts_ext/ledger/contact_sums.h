@@ -24,7 +24,6 @@ class ContactSums {
     loads.assign(balls, contact::Loads{});
     normal_energy = tangential_energy = 0.0;
     wall_power.fill(0.0);
-    mill_torque = 0.0;
   }
 
   /// share: of the contact that this rank accounts for, 1/2 if it is evaluated twice. moves: not at
@@ -36,15 +35,16 @@ class ContactSums {
     if (moves) slip += share * contact.slip();
   }
 
-  /// A contact of ball i with a wall that moves with `velocity` there [m/s].
-  void add_wall(int i, const contact::EnergyOfContact& contact, double lever,
+  /// A contact of ball i with a wall, a rigid body of this spin [rad/s] whose point at the ball's
+  /// centre has this velocity [m/s]: forces and torques on the ball act back on that body.
+  void add_wall(int i, const contact::EnergyOfContact& contact, double lever, const Vector& spin,
                 const Vector& velocity)
   {
     contact::Loads of_contact{};
     contact::add_loads(contact, 1.0, lever, of_contact);
     for (int k = 0; k < contact::works; ++k) {
       for (int d = 0; d < 6; ++d) loads[i][k][d] += of_contact[k][d];
-      wall_power[k] += contact::power(of_contact[k], velocity, {});
+      wall_power[k] += contact::power(of_contact[k], velocity, spin);
     }
   }
 
@@ -59,9 +59,7 @@ class ContactSums {
 
   std::vector<contact::Loads> loads;                    ///< of own balls
   double normal_energy = 0.0, tangential_energy = 0.0;  ///< stored [J]
-  std::array<double, contact::works> wall_power{};      ///< the wall's own velocity times the force
-                                                        ///< on the balls, by kind [W]
-  double mill_torque = 0.0;                             ///< on what turns with the mill [N m]
+  std::array<double, contact::works> wall_power{};      ///< of the walls on the balls, by kind [W]
 
   double slip = 0.0;                          ///< dissipated by slip since the start [J]
   double impacts = 0.0, impact_energy = 0.0;  ///< since the start [-], [J]

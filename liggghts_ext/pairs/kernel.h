@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/ball_force.h"
+#include "contact/damping_bound.h"
 #include "pairs/cells.h"
 #include "pairs/rows.h"
 

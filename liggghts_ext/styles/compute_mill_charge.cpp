@@ -22,7 +22,8 @@ using millscale::Vector;
 
 namespace {
 
-constexpr int published_size = 15;
+constexpr int published_size = 16;
+constexpr double inertia = 0.4;  // of a sphere, over m r^2
 
 void merge_numbers(void* from, void* into, int* count, MPI_Datatype* type)
 {
@@ -129,17 +130,35 @@ void ComputeMillCharge::compute_vector()
                                             std::max(all.overlap_with_ball, all.overlap_with_wall),
                                             all.overlap_with_ball,
                                             all.overlap_with_wall,
-                                            all.largest_speed};
+                                            all.largest_speed,
+                                            all.angular_momentum};
   std::copy(published, published + published_size, vector);
+}
+
+Vector ComputeMillCharge::arm(int i) const
+{
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
+  return arm;
 }
 
 liner::Point ComputeMillCharge::centre(int i) const
 {
   const Vector& down = mill_fix_->down();
-  Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
+  const Vector arm = this->arm(i);
   return {-millscale::dot(arm, millscale::cross(mill_fix_->axis(), down)),
           -millscale::dot(arm, down)};
+}
+
+/// About the mill's axis [kg m^2/s].
+double ComputeMillCharge::angular_momentum(int i) const
+{
+  const double *v = atom->v[i], *spin = atom->omega[i];
+  const Vector of_path = millscale::cross(arm(i), {v[0], v[1], v[2]});
+  const Vector& axis = mill_fix_->axis();
+  return atom->rmass[i] *
+         (millscale::dot(axis, of_path) + inertia * atom->radius[i] * atom->radius[i] *
+                                              millscale::dot(axis, {spin[0], spin[1], spin[2]}));
 }
 
 void ComputeMillCharge::read_balls()
@@ -147,7 +166,7 @@ void ComputeMillCharge::read_balls()
   for (int i = 0; i < atom->nlocal; ++i)
     if (atom->mask[i] & groupbit)
       sums_->add({centre(i), atom->rmass[i], atom->radius[i], squared(atom->v[i]),
-                  squared(atom->omega[i])});
+                  squared(atom->omega[i]), angular_momentum(i)});
 }
 
 /// Of this rank's balls and those around them: the positions of the ghosts are those of this step,

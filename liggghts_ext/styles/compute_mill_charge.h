@@ -16,6 +16,7 @@ ComputeStyle(mill / charge, ComputeMillCharge)
 #include "charge/charge_sums.h"
 #include "charge/overlap_search.h"
 #include "compute.h"
+#include "geometry/vector.h"
 
 namespace LAMMPS_NS {
 
@@ -39,7 +40,9 @@ class ComputeMillCharge : public Compute {
   void check_all_are_there(double found);
   void report_outside(double count);
   std::string missing_ids(double before) const;
+  millscale::Vector arm(int i) const;
   millscale::liner::Point centre(int i) const;
+  double angular_momentum(int i) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;

@@ -26,6 +26,9 @@ class FixContactDamping : public FixPerBallRows {
 
   /// (balls and ghosts); the ghosts' are those of their balls.
   double* up_to_date();
+
+  /// Sum of an owned ball, to which the walls add theirs.
+  double& of_ball(int i) { return *row(i); }
 };
 
 }  // namespace LAMMPS_NS

@@ -155,9 +155,10 @@ ledger::Works FixMillLedger::powers(double shift) const
       sum.on_balls[ledger::ball_wall][k] += contact::power(on_wall_.loads[i][k], v, spin);
     }
   }
-  for (int k = 0; k < contact::works; ++k)
+  for (int k = 0; k < contact::works; ++k) {
     sum.on_balls[ledger::ball_wall][k] -= on_wall_.wall_power[k];
-  sum.of_mill = on_wall_.mill_torque * mill_fix_->speed_now();
+    sum.of_mill += on_wall_.wall_power[k];  // walls at rest do no work
+  }
   return sum;
 }
 

@@ -9,6 +9,7 @@
 #include "contact_laws.h"
 #include "error.h"
 #include "first_fix.h"
+#include "fix_contact_damping.h"
 #include "fix_mill_ledger.h"
 #include "fix_mill_similarity.h"
 #include "group.h"
@@ -105,10 +106,13 @@ void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList&
     ends_turn_ = list.choice(key, "mill", "rest");
   else if (key == "rolling_friction")
     rolling_ = list.choice(key, "cdt", "off");
+  else if (key == "tangential_damping")
+    bounded_ = list.choice(key, "bounded", "on");
   else
     throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, type, " +
                                 millscale::liner_keywords +
-                                ", groove, ends, end_motion, rolling_friction");
+                                ", groove, ends, end_motion, rolling_friction, "
+                                "tangential_damping");
 }
 
 void FixWallMill::make_liner()
@@ -136,6 +140,8 @@ void FixWallMill::init()
     check_balls_fit();
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
+    // Made by the pair style, whose init comes before.
+    damping_ = bounded_ ? first_fix<FixContactDamping>(modify) : nullptr;
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
@@ -184,6 +190,7 @@ void FixWallMill::evaluate(double dt)
 {
   const MillNow mill = mill_now();
   std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
+  torque_on_turning_ = {};
   find_near(mill);
   const std::size_t count = near_.size();
   for (std::size_t k = 0; k < count; ++k) {
@@ -311,12 +318,13 @@ void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Conta
 {
   double* memory = row(i);
   double next[memory_size] = {};
+  const double held = bounded_ ? damping_held(i, found, dt) : 0.0;
   touching_[i] = 0;
   for (int c = 0; c < found.count; ++c) {
     const double key = found.contact[c].key;
     Vector displacement = memory_of(key, memory);
     if (ledger_) found.contact[c].met = holds(key, memory);
-    press(i, mill, arm, found.contact[c], dt, displacement);
+    press(i, mill, arm, found.contact[c], dt, displacement, held);
     next[c * slot_size] = key;
     touching_[i] |= is_groove(key) ? on_groove : on_wall;
     std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
@@ -329,16 +337,32 @@ struct FixWallMill::Pressed {
   int ball;
   const contact::WallTouch& touch;
   const contact::ForceAndTorque& on_ball;
-  const Vector &displacement, &wall_velocity, &moment;
+  const Vector &displacement, &mill_speed, &arm;
 };
 
+contact::Pair FixWallMill::pair_of(int i) const
+{
+  const BallOnWall& law = of_type_[atom->type[i] - 1];
+  return {atom->radius[i], atom->rmass[i], law.youngs_modulus, law.shear_modulus, law.damping};
+}
+
+/// What the tangential damping of the ball's contacts with the wall is divided by, less 1. It is
+/// taken over all of its contacts: those with balls, whose sum the pair style has just left, and
+/// these.
+double FixWallMill::damping_held(int i, const Contacts& found, double dt) const
+{
+  const contact::Pair pair = pair_of(i);
+  double damping = damping_ ? damping_->of_ball(i) : 0.0;
+  for (int c = 0; c < found.count; ++c)
+    damping += contact::coefficients(pair, found.contact[c].overlap).tangential_damping;
+  return contact::damping_held(damping, pair.mass, dt);
+}
+
 void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,
-                        double dt, Vector& displacement)
+                        double dt, Vector& displacement, double held)
 {
   const double radius = atom->radius[i];
-  const BallOnWall& law = of_type_[atom->type[i] - 1];
-  const contact::Pair pair{radius, atom->rmass[i], law.youngs_modulus, law.shear_modulus,
-                           law.damping};
+  const contact::Pair pair = pair_of(i);
   contact::WallTouch touch{radius, contact.overlap, contact.normal, {}, {}};
   Vector lever;
   for (int d = 0; d < 3; ++d) lever[d] = arm[d] - (radius - contact.overlap) * contact.normal[d];
@@ -347,16 +371,20 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
     touch.velocity[d] = atom->v[i][d] - wall_velocity[d];
     touch.spin[d] = atom->omega[i][d];
   }
-  const contact::ForceAndTorque on_ball =
-      contact::wall_force(pair, law.friction, touch, dt, displacement);
-  const Vector moment = millscale::cross(lever, on_ball.force);
+  const contact::ForceAndTorque on_ball = contact::wall_force(
+      pair, of_type_[atom->type[i] - 1].friction, touch, dt, displacement, held);
+  if (damping_ && dt > 0.0) damping_->of_ball(i) += on_ball.damping;
+  // All that the ball gains in angular momentum about the mill's origin, its own spin included.
+  Vector moment = millscale::cross(arm, on_ball.force);
+  for (int d = 0; d < 3; ++d) moment[d] += on_ball.torque[d];
   for (int d = 0; d < 3; ++d) {
     atom->f[i][d] += on_ball.force[d];
     atom->torque[i][d] += on_ball.torque[d];
     on_wall_[d] -= on_ball.force[d];
     on_wall_[3 + d] -= moment[d];
+    if (contact.turns) torque_on_turning_[d] -= moment[d];
   }
-  if (ledger_) account({i, touch, on_ball, displacement, wall_velocity, moment}, contact, dt);
+  if (ledger_) account({i, touch, on_ball, displacement, mill.omega, arm}, contact, dt);
 }
 
 /// Writes a contact into the account of energy.
@@ -365,8 +393,8 @@ void FixWallMill::account(const Pressed& p, const Contact& contact, double dt) c
   millscale::ledger::ContactSums& sums = ledger_->on_wall();
   const auto energy = contact::energy_of(p.touch, p.on_ball, p.displacement);
   sums.store(energy, 1.0, dt > 0.0);
-  sums.add_wall(p.ball, energy, p.on_ball.parts.lever, p.wall_velocity);
-  if (contact.turns) sums.mill_torque += millscale::dot(p.moment, mill_fix_->axis());
+  const Vector spin = contact.turns ? p.mill_speed : Vector{};
+  sums.add_wall(p.ball, energy, p.on_ball.parts.lever, spin, millscale::cross(spin, p.arm));
   if (!contact.met && dt > 0.0)
     sums.meet(contact::approach_energy(atom->rmass[p.ball],
                                        millscale::dot(p.touch.velocity, p.touch.normal)),

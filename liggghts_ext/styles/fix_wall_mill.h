@@ -23,6 +23,7 @@ class ArgumentList;
 
 namespace LAMMPS_NS {
 
+class FixContactDamping;
 class FixMillLedger;
 class FixMillSimilarity;
 
@@ -40,6 +41,10 @@ class FixWallMill : public FixPerBallRows {
 
   const std::string& mill_id() const { return mill_id_; }
   const millscale::liner::Widths& widths() const { return widths_; }
+
+  /// Torque on what turns with the mill about its origin at the last evaluation of the forces, this
+  /// rank's share [N m].
+  const millscale::Vector& torque_on_turning() const { return torque_on_turning_; }
 
   /// Adds the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
   /// the forces, and those of `groove` if they touched a groove. marks: of the rank's own balls.
@@ -94,7 +99,9 @@ class FixWallMill : public FixPerBallRows {
   void press_all(int i, const MillNow& mill, const millscale::Vector& arm, Contacts& found,
                  double dt);
   void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
-             double dt, millscale::Vector& displacement);
+             double dt, millscale::Vector& displacement, double held);
+  millscale::contact::Pair pair_of(int i) const;
+  double damping_held(int i, const Contacts& found, double dt) const;
   struct Pressed;
   void account(const Pressed& pressed, const Contact& contact, double dt) const;
 
@@ -110,10 +117,13 @@ class FixWallMill : public FixPerBallRows {
   bool ends_turn_ = true;
   int wall_type_ = 0;
   bool rolling_ = true;
+  bool bounded_ = false;  ///< the tangential damping is divided as that of balls is
+  FixContactDamping* damping_ = nullptr;  ///< sums of the balls' contacts, if there are such
   std::vector<BallOnWall> of_type_;
   std::vector<Near> near_;             ///< balls that may touch, or did
   std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
   double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
+  millscale::Vector torque_on_turning_{};
 };
 
 }  // namespace LAMMPS_NS

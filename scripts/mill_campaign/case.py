@@ -165,7 +165,7 @@ def _document(campaign: Campaign, model: Model, step: Step) -> dict[str, Any]:
         document["charge"] = parts.charge_part(campaign, model, ball["count"], time)
     document |= {
         "wall": wall_part(campaign, model),
-        "deck": deck_part(terms, campaign, study.ledger),
+        "deck": deck_part(terms, campaign, study),
         "domain": parts.domain_part(campaign, model),
         "output": parts.output_part(study, model, time),
         "warnings": [*campaign.warnings, *step.warnings, *warned],

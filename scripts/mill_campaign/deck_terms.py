@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from mill_campaign.config import Campaign
+from mill_campaign.config import Campaign, Study
 from mill_campaign.config_keys import DAMPINGS, SURFACES
 from mill_campaign.law import Model
 
@@ -61,19 +61,22 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term], campaign: Campaign, ledger: bool) -> dict[str, str]:
+def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> dict[str, str]:
     """The part `deck` of a case.json: value of each switch, who evaluates contacts and how.
 
-    Args:
-        ledger: the decks keep account of the energy; said only if so, so that the cases without
-            one stay what they are.
+    Keys that a case does not need are left out, so that cases made before they existed keep their
+    digest.
     """
+    damping = DAMPINGS[campaign.damping]
+    # A ball that is alone takes a step that the dashpot of its one contact allows as it is.
+    wall = damping if campaign.wall.kind == "analytic" else DAMPINGS["plain"]
     switches = {term.switch: term.values[term.inside] for term in terms}
     return switches | {
         "surface": SURFACES[campaign.contacts],
-        "tangential_damping": DAMPINGS[campaign.damping],
+        "tangential_damping": damping,
+        **({"wall_damping": wall} if study.kind == "multi-ball" else {}),
         **({"precision": campaign.precision} if campaign.precision != "double" else {}),
-        **({"ledger": "on"} if ledger else {}),
+        **({"ledger": "on"} if study.ledger else {}),
     }
 
 

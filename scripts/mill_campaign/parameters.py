@@ -42,6 +42,7 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
         "ball_y": y,
         "ball_z": z,
         **_material(case["material"]),
+        "wall_damping": "on",
         **case["deck"],
         "mill_radius": mill["radius_m"],
         "wall": case["wall"]["kind"],

@@ -24,7 +24,7 @@ ChargeSums sums(double box_angle = 0.0)
 
 Ball at(Point centre)
 {
-  return {centre, ball_mass, ball_radius, 0.0, 0.0};
+  return {centre, ball_mass, ball_radius, 0.0, 0.0, 0.0};
 }
 
 /// A point at a distance from the axis and an angle from the top, positive on the rising side.
@@ -37,8 +37,8 @@ TEST(ChargeSums, AddUpEnergiesAndCentreOfMass)
 {
   ChargeSums sum = sums();
   sum.start(0.0);
-  sum.add({{1.0, -2.0}, 2.0, 0.1, 9.0, 16.0});
-  sum.add({{-3.0, 0.5}, 1.0, 0.2, 4.0, 25.0});
+  sum.add({{1.0, -2.0}, 2.0, 0.1, 9.0, 16.0, 5.0});
+  sum.add({{-3.0, 0.5}, 1.0, 0.2, 4.0, 25.0, -7.0});
   const Summary s = sum.summary();
   EXPECT_DOUBLE_EQ(s.balls, 2.0);
   EXPECT_DOUBLE_EQ(s.mass, 3.0);
@@ -48,6 +48,7 @@ TEST(ChargeSums, AddUpEnergiesAndCentreOfMass)
   EXPECT_DOUBLE_EQ(s.centre_x, -1.0 / 3.0);
   EXPECT_DOUBLE_EQ(s.centre_z, -3.5 / 3.0);
   EXPECT_DOUBLE_EQ(s.largest_speed, 3.0);
+  EXPECT_DOUBLE_EQ(s.angular_momentum, -2.0);
 }
 
 TEST(ChargeSums, HoldTheMassOfTheBoxThatStaysAndOfTheBoxThatTurns)
@@ -128,7 +129,11 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
   ChargeSums one = sums(), half = sums(), other = sums();
   for (ChargeSums* s : {&one, &half, &other}) s->start(0.2);
   for (int i = 0; i < 3000; ++i) {
-    const Ball ball{from_top(radius(random), angle(random)), ball_mass, ball_radius, speed(random),
+    const Ball ball{from_top(radius(random), angle(random)),
+                    ball_mass,
+                    ball_radius,
+                    speed(random),
+                    speed(random),
                     speed(random)};
     one.add(ball);
     (i % 3 == 0 ? half : other).add(ball);
@@ -140,6 +145,7 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
   // 3,000 additions in another order.
   EXPECT_NEAR(a.kinetic_translation, b.kinetic_translation, 1e-12 * a.kinetic_translation);
   EXPECT_NEAR(a.centre_z, b.centre_z, 1e-12);
+  EXPECT_NEAR(a.angular_momentum, b.angular_momentum, 1e-12 * a.angular_momentum);
   EXPECT_NEAR(a.box_fixed, b.box_fixed, 1e-14);
   EXPECT_NEAR(a.box_rotating, b.box_rotating, 1e-14);
   EXPECT_EQ(a.toe, b.toe);

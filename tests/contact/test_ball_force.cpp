@@ -173,7 +173,10 @@ TEST(BallForce, OnABallWithoutCurvatureAndMotionIsThatOfAWall)
     touch.spin_j = {0.0, 0.0, 0.0};
     touch.apart = (touch.radius_i + touch.radius_j - overlap) * normal;
     touch.square = dot(touch.apart, touch.apart);
-    const auto ball = ball_force(touch, ball_law_of(steel), {}, dt, true);
+    touch.held = 0.6;
+    BallTerms terms;
+    terms.bounded = true;
+    const auto ball = ball_force(touch, ball_law_of(steel), terms, dt, true);
 
     const Pair pair{touch.radius_i, touch.mass_i, steel.youngs_modulus, steel.shear_modulus,
                     steel.damping};
@@ -181,7 +184,8 @@ TEST(BallForce, OnABallWithoutCurvatureAndMotionIsThatOfAWall)
     const auto wall = wall_force(
         pair, {steel.sliding, steel.rolling},
         {touch.radius_i, overlap, vector(normal), vector(touch.velocity), vector(touch.spin_i)}, dt,
-        memory);
+        memory, touch.held);
+    EXPECT_NEAR(ball.damping, wall.damping, 5e-6 * wall.damping);
     expect_close(ball.force, wall.force, 5e-6);
     expect_close(ball.torque_i, wall.torque, 5e-6);
     expect_close(ball.displacement, memory, 5e-6);

@@ -16,9 +16,9 @@ SHAPE = (
 )
 NAMES = (
     *("balls", "mass", "translation", "rotation", "potential", "x", "z", "fixed", "rotating"),
-    *("toe", "shoulder", "overlap", "ball_overlap", "wall_overlap", "speed"),
+    *("toe", "shoulder", "overlap", "ball_overlap", "wall_overlap", "speed", "angular_momentum"),
 )
-PRINT = 'print "charge ' + " ".join(f"$(c_charge[{k}])" for k in range(1, 16)) + '"\n'
+PRINT = 'print "charge ' + " ".join(f"$(c_charge[{k}])" for k in range(1, 17)) + '"\n'
 DUMP = (
     "dump end all custom 1 end.dump id x y z vx vy vz omegax omegay omegaz radius mass\n"
     'dump_modify end format "%d' + " %.17g" * 11 + '"\n'
@@ -102,6 +102,10 @@ def _check_against_definitions(values, balls, box_fixed, angle):
         "ball_overlap": max(_largest_overlap(balls), 0.0),
         "wall_overlap": max(wall.max(), 0.0),
         "speed": np.sqrt(v2.max()),
+        "angular_momentum": (
+            mass * (balls["z"] * balls["vx"] - balls["x"] * balls["vz"])
+            + 0.4 * mass * balls["radius"] ** 2 * balls["omegay"]
+        ).sum(),
     }
     expected["overlap"] = max(expected["ball_overlap"], expected["wall_overlap"])
     for name, value in expected.items():
