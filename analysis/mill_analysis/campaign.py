@@ -14,18 +14,19 @@ from mill_analysis.checks import campaign_checks
 from mill_analysis.run_folder import (
     SCHEMA,
     FinishedCase,
-    RunFolderError,
     case_folders,
-    load_finished,
-    missing_products,
+    finished_or_reason,
     read_json,
     verify_line,
-    why_missing,
 )
 from mill_analysis.windows import common_windows
+from mill_runs.case_digest import is_outdated
 from mill_runs.untrusted import understood
 
 Row = dict[str, Any]
+OUTDATED = (
+    "case.json: campaign.toml was changed since; make it again: millscale run FILE --runs DIR"
+)
 
 
 @dataclass(frozen=True)
@@ -118,16 +119,17 @@ def load_campaign(runs: Path) -> Campaign:
     Raises:
         RunFolderError: it holds no campaign.
     """
-    finished, missing = [], {}
-    for folder in case_folders(runs):
-        if missing_products(folder):
-            missing[folder.name] = why_missing(folder)
-            continue
-        try:
-            finished.append(load_finished(folder))
-        except RunFolderError as error:
-            missing[folder.name] = f"{error.path.name}: {error.cause}; {error.remedy}"
+    folders = case_folders(runs)
     about = read_json(runs / "campaign.json", "millscale generate FILE --runs DIR")
+    finished, missing = [], {}
+    for folder in folders:
+        found = finished_or_reason(folder)
+        if isinstance(found, str):
+            missing[folder.name] = found
+        elif is_outdated(about, found.case):
+            missing[folder.name] = OUTDATED
+        else:
+            finished.append(found)
     finished.sort(key=comparison.place)
     single = [case for case in finished if case.case["kind"] == "single-ball"]
     charges = [case for case in finished if case.case["kind"] == "multi-ball"]

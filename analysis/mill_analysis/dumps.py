@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mill_runs.current import is_as_made
 from mill_runs.untrusted import MOST_DUMP, RunFolderError, read_text
 
 _NAME = re.compile(r"charge\.([0-9]{1,19})\.liggghts")
@@ -67,10 +68,12 @@ def read_dump(path: Path) -> Dump:
     """One dump file.
 
     Raises:
-        RunFolderError: missing, cut short, no dump, or without the columns id, x, y, z, radius; of
-            another step than its name's, an id that is no whole number or there twice, or a radius
-            that is not above 0.
+        RunFolderError: missing, cut short, not as it was made, no dump, or without the columns id,
+            x, y, z, radius; of another step than its name's, an id that is no whole number or there
+            twice, or a radius that is not above 0.
     """
+    if not is_as_made(path.parent.parent, f"{path.parent.name}/{path.name}"):
+        raise RunFolderError(path, "not the dump that stage rotate made", _REMEDY)
     text = read_text(path, MOST_DUMP, _REMEDY)
     head, marker, body = text.partition("ITEM: ATOMS ")
     lines = head.splitlines()

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from mill_analysis.dumps import read_dump, required_dumps
-from mill_analysis.run_folder import SERIES, RunFolderError
+from mill_analysis.run_folder import SERIES, RunFolderError, check_current, load_case
 from mill_analysis.series import read_series
 from mill_analysis.snapshots import first_dump, mill_angle_at, starts_on_rising_side
+from mill_runs.provenance import PROVENANCE_FILE
 from mill_runs.writing import new_folder, replace_folder, write_text
 
 FOLDER, COLLECTION = "paraview", "charge.pvd"
@@ -31,11 +32,13 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
         The collection to open, charge.pvd; its times are in s, those of series.csv.
 
     Raises:
-        RunFolderError: no dumps, no series, no liner, or one of them damaged.
+        RunFolderError: no dumps, no series, no liner, one of them damaged, or of another case.json.
     """
     # Here, so that a case without dumps is told of without the drawing library.
     from mill_analysis.pictures import save_balls, save_liner
 
+    if (folder / PROVENANCE_FILE).exists():
+        check_current(folder, load_case(folder), upto="rotate")
     files = required_dumps(folder)
     series = read_series(folder / SERIES, "multi-ball")
     steps = list(files)[::every]

@@ -87,6 +87,16 @@ def load_finished(folder: Path) -> FinishedCase:
     )
 
 
+def finished_or_reason(folder: Path) -> FinishedCase | str:
+    """A finished case, or why it is none that can be used."""
+    if missing_products(folder):
+        return why_missing(folder)
+    try:
+        return load_finished(folder)
+    except RunFolderError as error:
+        return one_line(f"{error.path.name}: {error.cause}; {error.remedy}")
+
+
 def check_current(folder: Path, case: dict[str, Any], upto: str = "result") -> None:
     """Refuse products that were not made from the case.json and the other files beside them.
 
@@ -97,7 +107,7 @@ def check_current(folder: Path, case: dict[str, Any], upto: str = "result") -> N
         RunFolderError: says what has changed.
     """
     if case["kind"] in STAGES and (reason := why_stale(folder, case["kind"], upto)):
-        raise RunFolderError(folder, f"stale: {reason}", f"run it again: {_run(folder)}")
+        raise RunFolderError(folder, f"stale: {reason}", f"make it again: {_run(folder)}")
 
 
 def case_folders(runs: Path) -> list[Path]:
@@ -146,7 +156,7 @@ def why_missing(folder: Path) -> str:
 
 def _run(folder: Path) -> str:
     runs = shlex.quote(str(folder.parent.parent))
-    return f"millscale run FILE --runs {runs} --only {folder.name}"
+    return f"millscale run FILE --runs {runs} --only {shlex.quote(folder.name)}"
 
 
 def verify_line(runs: Path) -> str:

@@ -18,10 +18,8 @@ from mill_analysis.charge_models import Charge
 from mill_analysis.run_folder import (
     SCHEMA,
     RunFolderError,
-    load_finished,
-    missing_products,
+    finished_or_reason,
     read_json,
-    why_missing,
 )
 from mill_analysis.study_errors import (
     Distances,
@@ -31,6 +29,7 @@ from mill_analysis.study_errors import (
     models_of,
     reference_for,
 )
+from mill_runs.case_digest import case_identity
 from mill_runs.untrusted import is_id, understood
 
 Row = dict[str, Any]
@@ -83,13 +82,13 @@ def _charges(runs: Path, about: Row) -> tuple[list[Charge], dict[str, str]]:
             raise RunFolderError(runs / STUDY, cause, f"make it with: {MADE_BY}")
         for entry in setting["cases"]:
             folder, name = runs / entry["folder"], f"{setting['name']}/{entry['id']}"
-            if missing_products(folder):
-                missing[name] = why_missing(folder)
-                continue
-            try:
-                charges.append(Charge(setting["name"], load_finished(folder)))
-            except RunFolderError as error:
-                missing[name] = f"{error.path.name}: {error.cause}; {error.remedy}"
+            found = finished_or_reason(folder)
+            if isinstance(found, str):
+                missing[name] = found
+            elif entry.get("identity", case_identity(found.case)) != case_identity(found.case):
+                missing[name] = f"case.json: not that of the study's setting; {MADE_BY} makes it"
+            else:
+                charges.append(Charge(setting["name"], found))
     return charges, missing
 
 

@@ -85,12 +85,19 @@ def record(study: StudyFile, places: Places) -> None:
     for setting in study.settings:
         found = found_cases(study, setting, places)
         own = places.of(setting)
-        folders = {x.id: found.get(x.id, own / CASES_FOLDER / x.id) for x in setting.cases}
+        cases = [
+            {
+                "id": x.id,
+                "folder": _from(places.runs, found.get(x.id, own / CASES_FOLDER / x.id)),
+                "identity": identity(x),
+            }
+            for x in setting.cases
+        ]
         settings.append(
             {
                 "name": setting.name,
                 "about": setting.about,
-                "cases": [{"id": x, "folder": _from(places.runs, f)} for x, f in folders.items()],
+                "cases": cases,
             }
         )
     content = {

@@ -21,8 +21,7 @@ from mill_analysis.run_folder import (
     STAGE,
     FinishedCase,
     RunFolderError,
-    load_finished,
-    missing_products,
+    finished_or_reason,
     read_json,
 )
 from mill_analysis.study import STUDY
@@ -141,7 +140,8 @@ def _told(cases: Sequence[FinishedCase], base: Row, of_study: Row) -> Row:
 
 
 def _finished(places: Sequence[Path]) -> list[FinishedCase]:
-    return [load_finished(place) for place in places if not missing_products(place)]
+    found = [finished_or_reason(place) for place in places]
+    return [case for case in found if not isinstance(case, str)]
 
 
 def _stopped(place: Path) -> str | None:

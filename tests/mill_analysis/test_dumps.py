@@ -7,6 +7,8 @@ from synthetic_charge import block, write_dump
 
 from mill_analysis import RunFolderError
 from mill_analysis.dumps import dump_files, read_dump
+from mill_runs.digests import digest_of
+from mill_runs.provenance import write_provenance
 
 BALLS = 12
 
@@ -26,6 +28,18 @@ def test_balls_come_in_order_of_id_whatever_the_order_in_the_file(case, dump_pat
     assert np.array_equal(dump["id"], np.arange(1, BALLS + 1))
     assert_allclose(dump.positions, block(case, BALLS), rtol=1e-8)
     assert_allclose(dump["radius"], case["ball"]["radius_m"])
+
+
+def test_a_dump_that_its_stage_did_not_make_is_refused(case, dump_path, tmp_path):
+    digest, name = digest_of(dump_path), f"dump/{dump_path.name}"
+    write_provenance(tmp_path, {"rotate": {"inputs": {}, "products": {name: digest}}})
+    assert read_dump(dump_path).step == 500
+    other = dump_path.with_name("charge.000000700.liggghts")
+    write_dump(other, 700, block(case, BALLS), case)
+    write_dump(dump_path, 500, 0.99 * block(case, BALLS), case)
+    for path in (dump_path, other):
+        with pytest.raises(RunFolderError, match="not the dump that stage rotate made"):
+            read_dump(path)
 
 
 def test_files_come_by_step_not_by_name(tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from numpy.testing import assert_allclose
+from synthetic_case import record_stages
 
 from mill_analysis.cross_section import turned
 from mill_analysis.dumps import dump_files, read_dump
@@ -19,6 +20,7 @@ def case_folder(throws, tmp_path):
     folder = tmp_path / "case"
     shutil.copytree(throws / "cases/mb-cg-paper-S2.600-fixed-seed1", folder)
     pv.read(folder / "liner.stl").save(folder / "liner.vtp")
+    record_stages(folder)
     return folder
 
 

@@ -10,8 +10,9 @@ import pytest
 from synthetic_case import record_stages
 
 from mill_analysis import RunFolderError, build_report, report, report_figures
-from mill_analysis.campaign import load_campaign
+from mill_analysis.campaign import OUTDATED, load_campaign
 from mill_analysis.report import degrees, duration, hundredths, main, number, percent
+from mill_runs.case_digest import case_digest
 
 
 class Page(HTMLParser):
@@ -126,6 +127,49 @@ def test_results_json_holds_the_promised_keys(built):
         assert set(promised.split()) <= row.keys()
     assert len(results["multi_ball"]) == 2
     assert results["checks"]["all_cases_finished"]["passed"] is True
+
+
+def edited(folder):
+    """A case.json that says twice the speed."""
+    case = json.loads((folder / "case.json").read_text())
+    case["mill"]["omega_rad_s"] *= 2.0
+    (folder / "case.json").write_text(json.dumps(case))
+
+
+def test_products_of_another_case_are_named_and_left_out(runs, tmp_path):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy)
+    whole = load_campaign(copy).results()
+    one, two, three = ("sb-cg-paper-S1.300", "sb-cs-paper-S2.600", "mb-cg-paper-S2.600")
+    edited(copy / "cases" / one)
+    with (copy / "cases" / two / "series.csv").open("a") as series:
+        series.write("\n")
+    # The result of another case, and all that it was made from.
+    for name in ("result.json", "series.csv", "timing.json"):
+        shutil.copyfile(copy / "cases/mb-cs-paper-S2.600" / name, copy / "cases" / three / name)
+    results = load_campaign(copy).results()
+    assert set(results["missing"]) == {one, two, three}
+    assert "stale: case.json has changed since stage mesh read it" in results["missing"][one]
+    assert "stale: series.csv is not what stage rotate made" in results["missing"][two]
+    assert "is not what stage rotate made" in results["missing"][three]
+    assert results["missing"][one].endswith(f"--runs {copy} --only {one}")
+    assert not results["checks"]["all_cases_finished"]["passed"]
+    kept = [row for row in whole["single_ball"] if row["id"] not in (one, two)]
+    ratios = [(row["id"], row["energy_ratio"]) for row in results["single_ball"]]
+    assert ratios == [(row["id"], row["energy_ratio"]) for row in kept]
+
+
+def test_a_case_that_the_campaign_now_describes_otherwise_is_left_out(runs, tmp_path):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy)
+    about = json.loads((copy / "campaign.json").read_text())
+    cases = {x: json.loads((copy / "cases" / x / "case.json").read_text()) for x in about["cases"]}
+    about["digests"] = {name: case_digest(case) for name, case in cases.items()}
+    (copy / "campaign.json").write_text(json.dumps(about))
+    assert load_campaign(copy).missing == {}
+    about["digests"]["sb-cg-paper-S1.000"] = "0" * 64
+    (copy / "campaign.json").write_text(json.dumps(about))
+    assert load_campaign(copy).missing == {"sb-cg-paper-S1.000": OUTDATED}
 
 
 def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):

@@ -140,9 +140,8 @@ def study(tmp_path, monkeypatch):
     record = {"state": "failed", "cause": "ball 7 is too fast"}
     (tmp_path / "long" / "0" / "stage.json").write_text(json.dumps(record))
     (tmp_path / "study.json").write_text(json.dumps(content))
-    monkeypatch.setattr("mill_validation.time_step.load_finished", finished.__getitem__)
     monkeypatch.setattr(
-        "mill_validation.time_step.missing_products", lambda place: place not in finished
+        "mill_validation.time_step.finished_or_reason", lambda place: finished.get(place, "not yet")
     )
     return tmp_path
 
