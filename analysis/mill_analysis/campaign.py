@@ -24,9 +24,7 @@ from mill_runs.case_digest import is_outdated
 from mill_runs.untrusted import understood
 
 Row = dict[str, Any]
-OUTDATED = (
-    "case.json: campaign.toml was changed since; make it again: millscale run FILE --runs DIR"
-)
+OUTDATED = "case.json: campaign.toml was changed since; millscale run FILE --runs DIR makes it anew"
 
 
 @dataclass(frozen=True)

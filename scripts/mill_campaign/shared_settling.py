@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,15 @@ from mill_campaign.charge import FILE as CHARGE_FILE
 from mill_campaign.decks import PARAMETERS_FILE, with_included
 from mill_campaign.folder_lock import hold
 from mill_campaign.parameters import LINER_FILE, parameters, parameters_text
+from mill_campaign.restart_file import NotWholeError, read_restart
+from mill_runs.digests import digest_of
 from mill_runs.layout import CAMPAIGN_FILE, CASES_FOLDER
+from mill_runs.provenance import PROVENANCE_FILE, read_provenance, write_provenance
+from mill_runs.writing import write_copy
 
 FOLDER = "settled"
+STAGE = "settle"
+_KEY_DIGITS = 16
 DECK = "settle.in"
 # Says how the mill turns. At rest nothing of it matters but gravity and radius.
 DRIVE_DECK = "mill_drive.in"
@@ -59,8 +65,16 @@ def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
+@dataclass(frozen=True)
+class SharedBed:
+    """The shared folder of a bed, and the key of what decides it."""
+
+    folder: Path
+    key: str
+
+
 @contextmanager
-def shared_bed(case: Mapping[str, Any], folder: Path) -> Iterator[Path | None]:
+def shared_bed(case: Mapping[str, Any], folder: Path) -> Iterator[SharedBed | None]:
     """The shared folder of a case's bed, held by this process; None where there is none to share.
 
     Another case that settles the same bed is waited for.
@@ -71,26 +85,61 @@ def shared_bed(case: Mapping[str, Any], folder: Path) -> Iterator[Path | None]:
     if key is None:
         yield None
         return
-    shared = runs / FOLDER / key[:16]
-    with hold(shared, wait=True):
-        yield shared
+    bed = SharedBed(runs / FOLDER / key[:_KEY_DIGITS], key)
+    with hold(bed.folder, wait=True):
+        yield bed
 
 
-def take(shared: Path, part: Path, products: tuple[str, ...]) -> bool:
-    """Copy a bed out of its shared folder; False if it is not there yet."""
-    if not all((shared / name).exists() for name in products):
+def take(bed: SharedBed, part: Path, products: tuple[str, ...]) -> bool:
+    """Copy a bed out of its shared folder; False if it is not there. One that is not as it was
+    given is removed, and the reason printed."""
+    names = (*products, PROVENANCE_FILE)
+    if not any((bed.folder / name).exists() for name in names):
         return False
-    _copy(shared, part, products)
+    if problem := why_unusable(bed.folder, products, bed.key):
+        print(f"bed not taken from {bed.folder}: {problem}", flush=True)
+        for name in names:
+            (bed.folder / name).unlink(missing_ok=True)
+        return False
+    for name in products:
+        write_copy(bed.folder / name, part / name)
     return True
 
 
-def give(shared: Path, part: Path, products: tuple[str, ...]) -> None:
-    """Copy a bed into its shared folder; the last product, which completes it, comes last."""
-    _copy(part, shared, products)
+def give(
+    bed: SharedBed, part: Path, products: tuple[str, ...], provenance: Mapping[str, Any]
+) -> None:
+    """Copy a bed into its shared folder; provenance.json, which completes it, comes last.
 
-
-def _copy(source: Path, destination: Path, products: tuple[str, ...]) -> None:
+    Args:
+        provenance: how the bed was settled, digests of the products among it.
+    """
     for name in products:
-        copy = destination / f"{name}.part"
-        shutil.copyfile(source / name, copy)
-        copy.replace(destination / name)
+        write_copy(part / name, bed.folder / name)
+    write_provenance(bed.folder, {STAGE: {**provenance, "key": bed.key}})
+
+
+def why_unusable(folder: Path, products: tuple[str, ...], key: str = "") -> str:
+    """Why a shared bed is not what was given; empty if it is.
+
+    Args:
+        key: of what decides the bed; empty: any that fits the name of the folder.
+    """
+    record = read_provenance(folder).get(STAGE)
+    if record is None:
+        return f"{PROVENANCE_FILE} has no record of it"
+    recorded = record.get("key")
+    if not isinstance(recorded, str) or recorded[:_KEY_DIGITS] != folder.name:
+        return "it was settled for another key"
+    if key and recorded != key:
+        return "it was settled from other inputs"
+    for name in products:
+        if not (folder / name).is_file():
+            return f"{name} is missing"
+        if digest_of(folder / name) != record["products"].get(name):
+            return f"{name} does not match its digest"
+    try:
+        read_restart(folder / products[0])
+    except (NotWholeError, OSError) as error:
+        return str(error)
+    return ""

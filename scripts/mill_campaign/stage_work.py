@@ -14,6 +14,8 @@ from mill_campaign.decks import copy_decks, with_included
 from mill_campaign.engine_log import loop_timing, read_log
 from mill_campaign.engine_run import DeckRun, find_engine, run_deck
 from mill_campaign.output_files import check_output
+from mill_campaign.provenance import stage_provenance
+from mill_campaign.restart_file import read_restart
 from mill_campaign.resume import RESTART_FILES, Run, begin, look
 from mill_campaign.timing import Before, timing_record
 from mill_runs.current import unfinished
@@ -182,15 +184,26 @@ def settle(task: Task) -> None:
     products = task.stage.products
     with shared_bed(task.case, task.folder) as shared:
         if shared and take(shared, task.part, products):
-            print(f"bed taken from {shared}")
+            print(f"bed taken from {shared.folder}")
+            # Of a bed that this case settled itself before.
+            (task.folder / task.log).unlink(missing_ok=True)
             _drop_all_but(products, task.part)
             return
         record = engine(task)
         for name in RESTART_FILES:
             (task.part / name).unlink(missing_ok=True)
         _write_json(task.part / products[-1], record | _bed_record(task))
+        # A full disk cuts a file without an error of the engine.
+        read_restart(task.part / products[0])
         if shared:
-            give(shared, task.part, products)
+            made = {name: task.part / name for name in products}
+            give(shared, task.part, products, provenance_of(task, made, task.part / task.log))
+
+
+def provenance_of(task: Task, made: Mapping[str, Path], log: Path) -> dict[str, Any]:
+    """What provenance.json says of a stage that has made these files, by name."""
+    inputs = inputs_of(task.stage, task.folder)
+    return stage_provenance(task.folder, task.case, inputs, made, log, task.ranks)
 
 
 def _drop_all_but(products: tuple[str, ...], part: Path) -> None:

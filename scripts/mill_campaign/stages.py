@@ -25,7 +25,7 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.resume import OF_ATTEMPTS
-from mill_campaign.stage_work import WORK, Task, inputs_of, is_complete
+from mill_campaign.stage_work import WORK, Task, is_complete, provenance_of
 from mill_runs.case_digest import case_digest
 from mill_runs.layout import CASE_FILE, STAGES, Stage, stage_of
 from mill_runs.provenance import read_provenance, write_provenance
@@ -105,9 +105,7 @@ def _work(task: Task) -> None:
 def _record_provenance(task: Task) -> None:
     # A log of an earlier run would say that the engine had run.
     log = task.folder / task.log if task.stage.deck else task.part / task.log
-    made = provenance.stage_provenance(
-        task.folder, task.case, inputs_of(task.stage, task.folder), _made(task), log, task.ranks
-    )
+    made = provenance_of(task, _made(task), log)
     write_provenance(task.part, read_provenance(task.folder) | {task.stage.name: made})
 
 

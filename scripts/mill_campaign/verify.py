@@ -1,8 +1,9 @@
 """`millscale verify`: are the files of a runs folder what its campaign and its stages made?
 
-Products are compared with the digests in provenance.json, case.json with what the campaign says
-now, parameters.in and the decks with what case.json and this version make of them. Whoever can
-write into the folder can write digests too: they tell damage and mix-ups, not forgery.
+Products and shared beds are compared with the digests in provenance.json, what a stage has read
+with what is there, case.json with what the campaign says now, parameters.in and the decks with what
+case.json and this version make of them. Every file is hashed anew. Whoever can write into the
+folder can write digests too: they tell damage and mix-ups, not forgery.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from mill_campaign.decks import PARAMETERS_FILE, template_folder
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import CAMPAIGN_COPY, read_summary
 from mill_campaign.parameters import parameters_text
-from mill_runs.case_digest import SAID
+from mill_campaign.shared_settling import FOLDER, STAGE, why_unusable
+from mill_runs.case_digest import SAID, case_digest
 from mill_runs.digests import digest_of, files_of
-from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES
+from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES, stage_of
 from mill_runs.provenance import read_provenance
 
 _MOST_KEYS = 3
@@ -61,7 +63,17 @@ def verify(runs: Path) -> Verified:
         seen = list(_case(folder, derived))
         files += len(seen)
         found += [x for x in seen if x.what]
-    return Verified(len(summary["cases"]), files, tuple(found))
+    beds = list(_beds(runs))
+    found += [x for x in beds if x.what]
+    return Verified(len(summary["cases"]), files + len(beds), tuple(found))
+
+
+def _beds(runs: Path) -> Iterator[Difference]:
+    """The settled beds that cases share."""
+    stage = stage_of("multi-ball", STAGE)
+    for folder in sorted((runs / FOLDER).glob("*")):
+        name = f"{FOLDER}/{folder.name}/{stage.products[0]}"
+        yield Difference("", name, why_unusable(folder, stage.products))
 
 
 def _derived(
@@ -134,18 +146,20 @@ def _products(folder: Path, case: Case) -> Iterator[Difference]:
         for name, digest in made["products"].items():
             yield Difference(folder.name, name, _compared(folder, name, digest))
         for name, digest in made["inputs"].items():
-            # Products are looked at by the stage that made them.
-            if name.endswith(".in") or name == CASE_FILE:
+            if name == CASE_FILE and made.get("case") == case_digest(case.document):
                 continue
-            maker = _maker(recorded, name)
-            if maker and maker != digest:
+            if _found(folder, recorded, name) not in (None, digest):
                 what = f"stage {stage.name} has read another {name}"
                 yield Difference(folder.name, stage.products[-1], what)
 
 
-def _maker(recorded: Mapping[str, Any], name: str) -> str | None:
-    """Digest of a file at the stage that made it."""
-    return next((x["products"][name] for x in recorded.values() if name in x["products"]), None)
+def _found(folder: Path, recorded: Mapping[str, Any], name: str) -> str | None:
+    """Digest of an input: of a product that was recorded, since its own stage compares the file;
+    of any other file, such as a deck, which may be edited by hand, as it is."""
+    made = next((x["products"][name] for x in recorded.values() if name in x["products"]), None)
+    if made and not name.endswith(".in"):
+        return made
+    return digest_of(folder / name) if (folder / name).is_file() else made
 
 
 def _compared(folder: Path, name: str, digest: str) -> str:

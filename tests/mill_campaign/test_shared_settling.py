@@ -2,15 +2,19 @@
 
 import json
 import shutil
+import zlib
 
 import pytest
 import small_campaign
+from small_campaign import CHARGE
 
 from mill_campaign.charge import write_charge
 from mill_campaign.decks import copy_decks
 from mill_campaign.generate import generate
 from mill_campaign.parameters import write_parameters
-from mill_campaign.shared_settling import FOLDER, give, settling_key, take
+from mill_campaign.shared_settling import FOLDER, SharedBed, give, settling_key, take
+from mill_runs.digests import digest_of
+from mill_runs.provenance import read_provenance, write_provenance
 
 PRODUCTS = ("settled.restart", "settled.json")
 BOTH_SCHEMES = small_campaign.TEXT.replace(
@@ -83,19 +87,94 @@ def test_what_was_edited_by_hand_is_not_shared_unseen(tmp_path):
     assert key(folder) is None
 
 
-def test_half_a_bed_is_not_taken(tmp_path):
-    shared, part, other = (tmp_path / name for name in ("shared", "part", "other"))
+KEY = "0123456789abcdef" * 4
+
+
+@pytest.fixture
+def bed(tmp_path):
+    """A part folder with a signed bed, an empty part folder and the shared folder."""
+    shared, part, other = (tmp_path / name for name in (KEY[:16], "part", "other"))
     for folder in (shared, part, other):
         folder.mkdir()
-    (part / "settled.restart").write_text("bed")
+    signature = f"step 10 bytes 3 crc32 {zlib.crc32(b'bed'):08x}"
+    text = f"bed\nmillscale restart {signature} loop_time_s 1.0 processor_time_s 1.0\n"
+    (part / "settled.restart").write_text(text)
+    return SharedBed(shared, KEY), part, other
+
+
+def given(shared, part):
+    record = {"inputs": {}, "products": {name: digest_of(part / name) for name in PRODUCTS}}
+    give(shared, part, PRODUCTS, record)
+
+
+def test_half_a_bed_is_not_taken(bed):
+    shared, part, other = bed
     with pytest.raises(FileNotFoundError):
-        give(shared, part, PRODUCTS)
+        give(shared, part, PRODUCTS, {})
     assert not take(shared, other, PRODUCTS)
     assert not list(other.iterdir())
     (part / "settled.json").write_text("{}")
-    give(shared, part, PRODUCTS)
+    given(shared, part)
     assert take(shared, other, PRODUCTS)
     assert {path.name for path in other.iterdir()} == set(PRODUCTS)
+
+
+def flip(path):
+    content = bytearray(path.read_bytes())
+    content[1] ^= 1
+    path.write_bytes(content)
+
+
+def sign_no_more(folder):
+    """A bed whose digest fits and whose signature does not."""
+    flip(folder / "settled.restart")
+    stages = read_provenance(folder)
+    stages["settle"]["products"]["settled.restart"] = digest_of(folder / "settled.restart")
+    write_provenance(folder, stages)
+
+
+def other_key(folder):
+    stages = read_provenance(folder)
+    stages["settle"]["key"] = KEY[:16] + "f" * 48
+    write_provenance(folder, stages)
+
+
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda x: flip(x / "settled.restart"), "settled.restart does not match its digest"),
+        (lambda x: flip(x / "settled.json"), "settled.json does not match its digest"),
+        (sign_no_more, "settled.restart is not what was written: its signature differs"),
+        (lambda x: (x / "provenance.json").unlink(), "provenance.json has no record of it"),
+        (lambda x: (x / "settled.json").unlink(), "settled.json is missing"),
+        (other_key, "it was settled from other inputs"),
+    ],
+    ids=["bit", "bit of json", "signature", "no provenance", "half", "other inputs"],
+)
+def test_a_bed_that_is_not_what_was_given_is_refused_and_removed(bed, capsys, damage, said):
+    shared, part, other = bed
+    (part / "settled.json").write_text("{}")
+    given(shared, part)
+    damage(shared.folder)
+    assert not take(shared, other, PRODUCTS)
+    assert said in capsys.readouterr().out
+    assert not list(other.iterdir())
+    assert not {*PRODUCTS, "provenance.json"} & {path.name for path in shared.folder.iterdir()}
+
+
+def test_a_flipped_bit_of_a_shared_bed_is_found_and_the_bed_settled_anew(finished):
+    (shared,) = (finished.runs / FOLDER).iterdir()
+    flip(shared / "settled.restart")
+    done = finished("verify")
+    assert done.returncode == 1
+    assert f"{FOLDER}/{shared.name}/settled.restart: settled.restart does not match" in done.stdout
+    case = finished.case(CHARGE)
+    (case / "settled.restart").unlink()
+    before = (case / "log.settle").stat().st_mtime_ns
+    assert finished("run").returncode == 0
+    assert (case / "log.settle").stat().st_mtime_ns > before, "the engine has not settled anew"
+    assert (shared / "settled.restart").read_bytes() == (case / "settled.restart").read_bytes()
+    assert "no differences" in finished("verify").stdout
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
