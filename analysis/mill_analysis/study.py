@@ -48,7 +48,7 @@ def study_results(runs: Path) -> Row:
     runs = Path(runs)
     about = read_json(runs / STUDY, MADE_BY)
     with understood(runs / STUDY, f"make it with: {MADE_BY}"):
-        charges, missing = _charges(runs, about)
+        charges, missing = study_charges(runs, about)
         models = models_of(charges)
         try:
             references = [reference_for(model, models, about["reference"]) for model in models]
@@ -73,7 +73,7 @@ def study_results(runs: Path) -> Row:
     }
 
 
-def _charges(runs: Path, about: Row) -> tuple[list[Charge], dict[str, str]]:
+def study_charges(runs: Path, about: Row) -> tuple[list[Charge], dict[str, str]]:
     """The finished cases, each with its setting for a campaign, and why others are not."""
     charges, missing = [], {}
     for setting in about["settings"]:

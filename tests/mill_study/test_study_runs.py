@@ -11,8 +11,10 @@ from unittest.mock import patch
 import pytest
 from rich.console import Console
 from small_study import TEXT, write_study
+from synthetic_case import record_stages
 
 from mill_analysis import pareto
+from mill_analysis.study import study_charges
 from mill_analysis.study_errors import ERRORS
 from mill_campaign.cli import main
 from mill_campaign.generate import generate
@@ -134,15 +136,13 @@ def test_json_is_all_that_is_printed_and_goes_beside_other_studies(copied):
 
 
 def pretend_finished(folder, setting):
-    """Generate a setting, with a file for every product, each newer than what it is made of."""
+    """Generate a setting, with a file and a record for every product."""
     cases = generate(write_setting(setting, folder), folder)
     for case in cases:
-        for number, stage in enumerate(STAGES["multi-ball"], 1):
+        for stage in STAGES["multi-ball"]:
             for product in stage.products:
-                path = folder / "cases" / case.id / product
-                path.touch()
-                date = path.stat().st_mtime_ns + number * 10**9
-                os.utime(path, ns=(date, date))
+                (folder / "cases" / case.id / product).write_text("{}")
+        record_stages(folder / "cases" / case.id)
     return folder
 
 
@@ -174,12 +174,35 @@ def test_a_case_of_another_setting_is_taken_and_its_own_comes_first(tmp_path):
     assert found_cases(study, study.settings[1], places) == {CASE: own / "cases" / CASE}
     record(study, places)
     named = json.loads((places.runs / "study.json").read_text())["settings"]
-    assert named[1]["cases"] == [{"id": CASE, "folder": f"settings/default/cases/{CASE}"}]
+    assert named[1]["cases"] == [
+        {
+            "id": CASE,
+            "folder": f"settings/default/cases/{CASE}",
+            "identity": identity(study.settings[1].cases[0]),
+        }
+    ]
     # Not finished: where it will be.
     assert named[0]["cases"][1] == {
         "id": f"{CASE}-seed2",
         "folder": f"settings/reference/cases/{CASE}-seed2",
+        "identity": identity(study.settings[0].cases[1]),
     }
+
+
+def test_a_case_that_is_not_the_settings_is_named_and_left_out(tmp_path):
+    """What a study finds in the place of a case, before the changed setting was run."""
+    study = load_study(write_study(tmp_path))
+    places = Places(tmp_path / "runs")
+    for setting in study.settings:
+        pretend_finished(places.of(setting), setting)
+    changed = TEXT.replace('about = "as the default"', "multi_ball.rotation_angle_rad = 0.6")
+    again = load_study(write_study(tmp_path, changed))
+    record(again, places)
+    about = json.loads((places.runs / "study.json").read_text())
+    _, missing = study_charges(places.runs, about)
+    name = f"{again.settings[2].name}/{CASE}"
+    assert "not that of the study's setting" in missing[name]
+    assert not any("not that of" in why for other, why in missing.items() if other != name)
 
 
 def test_a_changed_setting_alone_is_run_again(tmp_path):
