@@ -92,6 +92,8 @@ void FixMillSimilarity::parse(int narg, char** arg)
         "the physical mill needs radius, gravity, omega and ball_radius (m, m/s^2, rad/s, m)");
   normalise_directions();
   scaled_ = similarity::scale(mill, a.request);
+  physical_radius_ = mill.radius;
+  check_meshes();
 }
 
 void FixMillSimilarity::parse_option(Arguments& a)
@@ -161,6 +163,7 @@ void FixMillSimilarity::find_mesh(const std::string& id)
                                 "' is moved already, by a fix move/mesh or a surface "
                                 "velocity; remove that");
   meshes_.push_back(mesh);
+  mesh_ids_.push_back(id);
 }
 
 int FixMillSimilarity::setmask()
@@ -182,7 +185,9 @@ void FixMillSimilarity::post_create()
 void FixMillSimilarity::pre_delete(bool unfixflag)
 {
   if (!unfixflag) return;
-  for (FixMeshSurface* mesh : meshes_) {
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    FixMeshSurface* mesh = meshes_[m];
+    if (modify->find_fix_id(mesh_ids_[m].c_str()) != mesh || !mesh->mesh()->isMoving()) continue;
     mesh->mesh()->unregisterMove(false, false, true);
     if (auto* v = mesh->mesh()->prop().getElementProperty<NodeVelocities>("v")) v->setAll(0.0);
   }
@@ -192,6 +197,7 @@ void FixMillSimilarity::init()
 {
   try {
     require_one_per_ball(*this, modify, atom, group, world);
+    check_meshes_are_there();
   } catch (const std::invalid_argument& problem) {
     fail(problem.what());
   }
@@ -309,23 +315,6 @@ double FixMillSimilarity::compute_vector(int index)
       return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
   }
   return 0.0;
-}
-
-double FixMillSimilarity::wobble_of_meshes() const
-{
-  double sums[4] = {};  // node positions, number of nodes
-  for (FixMeshSurface* fix : meshes_)
-    for (int i = 0; i < fix->triMesh()->sizeLocal(); ++i)
-      for (int node = 0; node < 3; ++node) {
-        Vector p;
-        fix->triMesh()->node(i, node, p.data());
-        for (int d = 0; d < 3; ++d) sums[d] += p[d] - origin_[d];
-        sums[3] += 1.0;
-      }
-  MPI_Allreduce(MPI_IN_PLACE, sums, 4, MPI_DOUBLE, MPI_SUM, world);
-  if (sums[3] == 0.0) return 0.0;
-  const Vector off_axis = millscale::cross(axis_, {sums[0], sums[1], sums[2]});
-  return std::sqrt(millscale::dot(off_axis, off_axis)) / sums[3] / scaled_.mill.radius;
 }
 
 void FixMillSimilarity::write_restart(FILE* file)

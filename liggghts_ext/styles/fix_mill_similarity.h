@@ -56,7 +56,14 @@ class FixMillSimilarity : public Fix {
   void find_mesh(const std::string& id);
   void continue_rotation(const millscale::similarity::Rotation& before);
   void set_wall_velocity();
+  void check_meshes_are_there() const;
+  void check_meshes() const;
+  void check_curvature(FixMeshSurface&, const std::string& id) const;
+  void check_centre() const;
+  void check_radius() const;
+  millscale::Vector centre_of_meshes() const;
   double wobble_of_meshes() const;
+  void warn(const std::string& message) const;
   [[noreturn]] void fail(const std::string& message);
 
   millscale::similarity::ScaledMill scaled_{};
@@ -64,7 +71,9 @@ class FixMillSimilarity : public Fix {
   bool starts_at_creation_ = true;
 
   millscale::Vector axis_{0, 1, 0}, down_{0, 0, -1}, origin_{0, 0, 0};
+  double physical_radius_ = 0.0;  ///< [m]
   std::vector<FixMeshSurface*> meshes_;
+  std::vector<std::string> mesh_ids_;
   double nodes_angle_ = 0.0;   ///< angle the mesh nodes stand at [rad]
   double stored_angle_ = 0.0;  ///< angle of the node positions the engine rotates from [rad]
   bigint last_step_ = 0;

@@ -221,7 +221,7 @@ def test_the_mesh_stays_on_the_axis(tmp_path, contact_row, steps):
         "fault: a rotating mesh wobbles",
         "-",
         "mesh",
-        f"mean node from the axis / radius after {steps} steps",
+        f"centre of the mesh from the axis / radius after {steps} steps",
         dt=1e-4,
         expected=0.0,
         got=wobble,

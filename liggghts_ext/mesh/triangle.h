@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "geometry/vector.h"
+
+namespace millscale::mesh {
+
+/// Three nodes in space [m].
+using Triangle = std::array<Vector, 3>;
+
+/// A line in space: a unit vector and a point [m].
+struct Axis {
+  Vector direction, origin;
+
+  double along(const Vector& p) const { return dot(from_origin(p), direction); }
+
+  /// From the line to a point, perpendicular to it.
+  Vector radial(const Vector& p) const
+  {
+    Vector r = from_origin(p);
+    const double height = dot(r, direction);
+    for (int d = 0; d < 3; ++d) r[d] -= height * direction[d];
+    return r;
+  }
+
+ private:
+  Vector from_origin(const Vector& p) const
+  {
+    return {p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]};
+  }
+};
+
+/// Perpendicular to a triangle, twice its area long [m^2].
+inline Vector normal(const Triangle& t)
+{
+  Vector a, b;
+  for (int d = 0; d < 3; ++d) {
+    a[d] = t[1][d] - t[0][d];
+    b[d] = t[2][d] - t[0][d];
+  }
+  return cross(a, b);
+}
+
+/// Sums of areas and of their first moments, which ranks can add up.
+struct AreaSums {
+  double area = 0.0;  ///< [m^2]
+  Vector moment{};    ///< [m^3]
+
+  void add(const Triangle& t)
+  {
+    const Vector n = normal(t);
+    const double twice = std::sqrt(dot(n, n));
+    area += 0.5 * twice;
+    for (int d = 0; d < 3; ++d) moment[d] += twice * (t[0][d] + t[1][d] + t[2][d]) / 6.0;
+  }
+
+  /// Centre of the area [m]; of no area no number.
+  Vector centre() const { return {moment[0] / area, moment[1] / area, moment[2] / area}; }
+};
+
+}  // namespace millscale::mesh
