@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from mill_campaign.case_check import MOST_RANKS, MOST_STEPS
 from mill_campaign.restart_file import RestartFile
+from mill_runs.digests import digest_of
+from mill_runs.untrusted import as_record, read_object
+from mill_runs.writing import write_json
 
 ATTEMPTS_FILE = "attempts.json"
 
@@ -63,28 +65,24 @@ class Attempts:
 
 def digests(files: Iterable[Path]) -> dict[str, str]:
     """Name -> SHA-256 of each file that is there."""
-    found = {}
-    for path in sorted(set(files)):
-        if path.is_file():
-            with path.open("rb") as file:
-                found[path.name] = hashlib.file_digest(file, "sha256").hexdigest()
-    return found
+    return {
+        path.name: digest_of(path, follow=True) for path in sorted(set(files)) if path.is_file()
+    }
 
 
 def read_attempts(part: Path) -> Attempts | None:
     """The record of a part folder; None if there is none that can be read."""
     try:
-        record = json.loads((part / ATTEMPTS_FILE).read_text())
-        starts = [Attempt(**x | {"before": Cost(**x["before"])}) for x in record["starts"]]
-        return Attempts(dict(record["inputs"]), tuple(starts)) if starts else None
-    except (OSError, ValueError, TypeError, KeyError):
+        content = read_object(part / ATTEMPTS_FILE, "")
+        attempts = as_record(Attempts, {k: v for k, v in content.items() if k != "schema"})
+    except ValueError:
         return None
+    fits = all(0 <= x.step <= MOST_STEPS and 0 < x.ranks <= MOST_RANKS for x in attempts.starts)
+    return attempts if attempts.starts and fits else None
 
 
 def write_attempts(part: Path, attempts: Attempts) -> None:
-    copy = part / f"{ATTEMPTS_FILE}.part"
-    copy.write_text(json.dumps({"schema": 1, **asdict(attempts)}, indent=1) + "\n")
-    copy.replace(part / ATTEMPTS_FILE)
+    write_json(part / ATTEMPTS_FILE, {"schema": 1, **asdict(attempts)})
 
 
 def _values(cost: Cost) -> tuple[float, ...]:

@@ -21,7 +21,7 @@ KINDS = ("single-ball", "multi-ball")
 CASE_ID = re.compile(r"(sb|mb)-[a-z]{2}-[a-z-]{1,20}-S[0-9]{1,9}\.[0-9]{3}(-seed[0-9]{1,10})?")
 # A word of a deck: `liner.stl`, `history`, `constant-gravity`.
 DECK_WORD = re.compile(r"[a-z][a-z0-9_-]{0,40}(\.[a-z]{1,8})?")
-MOST_BALLS, MOST_STEPS = 10**9, 10**15
+MOST_BALLS, MOST_STEPS, MOST_RANKS = 10**9, 10**15, 10**5
 _DEEPEST = 8
 _REMEDY = "as generated: millscale generate FILE --runs DIR writes it anew"
 _COUNTS = {

@@ -14,6 +14,7 @@ from typing import Any
 from mill_campaign.config_keys import REQUIRED, REQUIRED_SECTIONS, SECTIONS, SIZES, Key
 from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.units import split_unit
+from mill_runs.untrusted import RunFolderError, read_bytes
 
 # A campaign is a page of text; more than this is some other file.
 LARGEST_FILE_BYTES = 1 << 20
@@ -78,12 +79,10 @@ def parse_toml(path: Path) -> dict[str, Any]:
         CampaignError: unreadable, too large, or not TOML.
     """
     try:
-        with path.open("rb") as stream:
-            content = stream.read(LARGEST_FILE_BYTES + 1)
-    except OSError as cause:
-        raise CampaignError(path, "", f"cannot be read: {cause.strerror}", "a TOML file") from None
-    if len(content) > LARGEST_FILE_BYTES:
-        raise CampaignError(path, "", "larger than 1 MiB", "a campaign file of a page or so")
+        # A person may name a link.
+        content = read_bytes(path, LARGEST_FILE_BYTES, "", follow=True)
+    except RunFolderError as error:
+        raise CampaignError(path, "", error.cause, "a TOML file of a page or so") from None
     text = _text(path, content)
     try:
         return tomllib.loads(text)

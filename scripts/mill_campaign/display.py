@@ -24,6 +24,7 @@ STATE_COLOURS = {
     "done": "green",
     "running": "cyan",
     "failed": "red",
+    "damaged": "red",
     "interrupted": "yellow",
     "waiting": "bright_black",
 }
@@ -144,7 +145,8 @@ def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
     lines = []
     for x in (x for x in statuses if x.problem):
         log = runs / CASES_FOLDER / x.id / x.log
-        lines += [f"{x.id}: {x.stage} {x.state}: {x.problem}; see {log}", f"  to do: {x.advice}"]
+        state = f"{x.stage} {x.state}".strip()
+        lines += [f"{x.id}: {state}: {x.problem}; see {log}", f"  to do: {x.advice}"]
     return lines
 
 

@@ -13,9 +13,12 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+from mill_runs.untrusted import read_tail
+
 UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "time out"
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
 MISSING_LIBRARY, NOT_SETTLED, DOES_NOT_FIT = "missing library", "not settled", "does not fit"
+DAMAGED = "damaged file"
 # Longest wall time of a stage [s]; `millscale run --time-limit` hands it down.
 TIME_LIMIT_VARIABLE = "MILLSCALE_TIME_LIMIT_S"
 # An engine that writes nothing for so long [s], and for the time of a few lines of its log, makes
@@ -135,7 +138,7 @@ CAUSES = (
         "take a shorter step_s",
     ),
     Cause(
-        "damaged file",
+        DAMAGED,
         r"cut short|not a complete dump|[Rr]estart file|not valid JSON|two runs in one file"
         r"|does not match its digest",
         "delete the file named and run again: its stage makes it anew",
@@ -319,12 +322,7 @@ def _words_of(error: BaseException) -> str:
 
 def tail(path: Path) -> str:
     """End of a text file; empty if there is none."""
-    try:
-        with path.open("rb") as file:
-            file.seek(max(0, path.stat().st_size - _TAIL_BYTES))
-            return file.read(_TAIL_BYTES).decode(errors="replace")
-    except OSError:
-        return ""
+    return read_tail(path, _TAIL_BYTES)
 
 
 def _last_line(path: Path) -> str:
@@ -336,7 +334,7 @@ def memory_kills() -> int:
     """Processes killed for want of memory so far: in this control group, or on this machine."""
     for path in (_group_events(), Path("/proc/vmstat")):
         try:
-            words = path.read_text().split()
+            words = path.read_text(encoding="utf-8").split()
             return int(words[words.index("oom_kill") + 1])
         except (OSError, ValueError, IndexError):
             continue
@@ -345,7 +343,7 @@ def memory_kills() -> int:
 
 def _group_events() -> Path:
     try:
-        lines = Path("/proc/self/cgroup").read_text().splitlines()
+        lines = Path("/proc/self/cgroup").read_text(encoding="utf-8").splitlines()
     except OSError:
         lines = []
     group = next((line[3:] for line in lines if line.startswith("0::")), "")

@@ -19,6 +19,7 @@ from mill_campaign.provenance import installed_version
 from mill_runs.case_digest import case_digest
 from mill_runs.digests import digest_of
 from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
+from mill_runs.terminal import one_line
 from mill_runs.untrusted import MOST_JSON, RunFolderError, read_object, read_text
 from mill_runs.writing import write_text
 
@@ -140,7 +141,7 @@ def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
         "schema": SCHEMA,
         "name": campaign.name,
         "about": campaign.about,
-        "file": campaign.file.name,
+        "file": one_line(campaign.file.name),
         "cases": [case.id for case in cases],
         "digests": {case.id: case["digest"] for case in cases},
         "physical": cases[0]["physical"],

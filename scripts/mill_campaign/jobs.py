@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from mill_campaign.case import Case
+from mill_campaign.case_check import MOST_RANKS
 from mill_campaign.cost import Rates, memory_mb, wall_time
 from mill_campaign.machine import Allocation
 from mill_runs.untrusted import as_record, is_id, read_json, understood
@@ -30,7 +31,6 @@ STAGES_S = 0.2
 # reaches its limit has to be queued again.
 TIME_MARGIN = 2.0
 LEAST_TIME_S = 600.0
-MOST_RANKS = 10**5
 _REMEDY = "written by: millscale run FILE --runs DIR"
 
 

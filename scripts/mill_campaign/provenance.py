@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import shlex
@@ -25,6 +24,7 @@ from mill_campaign.machine import hardware
 from mill_runs.case_digest import case_digest
 from mill_runs.digests import digest_of, files_of
 from mill_runs.provenance import read_provenance
+from mill_runs.untrusted import RunFolderError, read_object
 
 BUILD_FILE = "build.json"
 # The command line that a person typed; `millscale run` hands it down to the stages.
@@ -103,8 +103,8 @@ def build_record() -> dict[str, Any] | None:
     beside = [Path(core.origin).with_name(Path(__file__).parent.name)] if core else []
     for folder in (Path(__file__).parent, *beside):
         try:
-            return json.loads((folder / BUILD_FILE).read_text())
-        except (OSError, ValueError):
+            return read_object(folder / BUILD_FILE, "")
+        except RunFolderError:
             continue
     return None
 
@@ -114,20 +114,25 @@ def source_commit() -> str | None:
     git = Path(__file__).parents[2] / ".git"
     try:
         if git.is_file():
-            git = git.parent / git.read_text()[:_GIT_HEAD_BYTES].removeprefix("gitdir:").strip()
-        head = (git / "HEAD").read_text()[:_GIT_HEAD_BYTES].strip()
+            git = git.parent / _git_text(git).removeprefix("gitdir:").strip()
+        head = _git_text(git / "HEAD")
         if not head.startswith("ref:"):
             return head
         name = head.removeprefix("ref:").strip()
         shared = git / "commondir"
-        places = [git, git / shared.read_text().strip()] if shared.exists() else [git]
+        places = [git, git / _git_text(shared)] if shared.exists() else [git]
         loose = next((x / name for x in places if (x / name).exists()), None)
         if loose:
-            return loose.read_text().strip()
-        packed = (places[-1] / "packed-refs").read_text().splitlines()
+            return _git_text(loose)
+        packed = (places[-1] / "packed-refs").read_text(encoding="utf-8").splitlines()
         return next((line.split()[0] for line in packed if line.endswith(f" {name}")), None)
     except OSError:
         return None
+
+
+def _git_text(path: Path) -> str:
+    with path.open(encoding="utf-8") as file:
+        return file.read(_GIT_HEAD_BYTES).strip()
 
 
 def _libraries() -> Iterator[tuple[str, str]]:
@@ -143,7 +148,7 @@ def _engine() -> dict[str, str]:
     from mill_campaign.engine_run import find_engine
 
     path = find_engine()
-    return {"path": str(path), "sha256": digest_of(path)}
+    return {"path": str(path), "sha256": digest_of(path, follow=True)}
 
 
 def check_inputs(folder: Path, inputs: Iterable[str]) -> None:

@@ -6,7 +6,6 @@ and dumps, and attempts.json, which says what they were made of.
 
 from __future__ import annotations
 
-import os
 import shutil
 import time
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from mill_campaign.attempts import (
 )
 from mill_campaign.output_files import SERIES, check_output, series_length
 from mill_campaign.restart_file import NotWholeError, RestartFile, read_restart
+from mill_runs.writing import write_copy
 
 RESUME_FILE = "resume.restart"
 RESTART_FILES = ("mill.1.restart", "mill.2.restart", RESUME_FILE)
@@ -144,7 +144,4 @@ def _cut(run: Run, step: int) -> None:
             continue
         length = series_length(series, run.first, step)
         if length < series.stat().st_size:
-            copy = series.with_name(f"{series.name}.part")
-            shutil.copyfile(series, copy)
-            os.truncate(copy, length)
-            copy.replace(series)
+            write_copy(series, series, length)

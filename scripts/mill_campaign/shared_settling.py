@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from mill_campaign.charge import FILE as CHARGE_FILE
-from mill_campaign.decks import PARAMETERS_FILE, with_included
+from mill_campaign.decks import PARAMETERS_FILE, deck_text, with_included
 from mill_campaign.folder_lock import hold
 from mill_campaign.parameters import LINER_FILE, parameters, parameters_text
 from mill_campaign.restart_file import NotWholeError, read_restart
@@ -43,9 +43,9 @@ def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
         case: content of case.json.
         folder: case folder, with decks, charge.data and liner.stl.
     """
-    if (folder / PARAMETERS_FILE).read_text() != parameters_text(case):
+    if deck_text(folder / PARAMETERS_FILE) != parameters_text(case):
         return None
-    decks = {name: (folder / name).read_text() for name in with_included((DECK,), folder)}
+    decks = {name: deck_text(folder / name) for name in with_included((DECK,), folder)}
     used = {
         name
         for deck, text in decks.items()
@@ -60,7 +60,7 @@ def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
         "values": values,
         "gravity_m_s2": case["mill"]["gravity_m_s2"],
         "radius_m": case["mill"]["radius_m"],
-        "files": {x: hashlib.sha256((folder / x).read_bytes()).hexdigest() for x in files},
+        "files": {x: digest_of(folder / x) for x in files},
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 

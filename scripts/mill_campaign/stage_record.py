@@ -6,14 +6,20 @@ import json
 import os
 import socket
 import time
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import psutil
 
+from mill_runs.terminal import one_line
+from mill_runs.untrusted import as_record, read_object
+from mill_runs.writing import write_over, write_text
+
 RECORD_FILE = "stage.json"
 STATES = ("running", "done", "failed", "interrupted")
 LARGEST_BYTES = 1 << 16
+# Of Linux: numbers of processes are below; 0 and less mean groups of processes to the system.
+MOST_PROCESS = 1 << 22
 
 
 @dataclass(frozen=True)
@@ -75,42 +81,26 @@ def begin(folder: Path, stage: str, case: str = "") -> StageRecord:
 
 def end(folder: Path, record: StageRecord, state: str, cause: str = "", log: str = "") -> None:
     """Record how the stage ended."""
-    cause = " ".join(cause.split())
-    _write(folder, replace(record, state=state, ended=time.time(), cause=cause, log=log))
+    ended = replace(record, state=state, ended=time.time(), cause=one_line(cause), log=log)
+    _write(folder, ended)
 
 
 def read_record(folder: Path) -> StageRecord | None:
     """The record of a case folder; None if there is none that can be read."""
     try:
-        with (folder / RECORD_FILE).open("rb") as file:
-            record = StageRecord(**json.loads(file.read(LARGEST_BYTES)))
-    except (OSError, ValueError, TypeError, RecursionError):
+        record = as_record(StageRecord, read_object(folder / RECORD_FILE, "", LARGEST_BYTES))
+    except ValueError:
         return None
-    kinds = {"str": str, "float": (int, float), "int": int}
-    fits = all(isinstance(getattr(record, x.name), kinds[x.type]) for x in fields(record))
-    if not fits or record.state not in STATES:
+    if record.state not in STATES or not 0 < record.process <= MOST_PROCESS:
         return None
-    texts = ("cause", "log", "advice")
-    return replace(record, **{name: _printable(getattr(record, name)) for name in texts})
-
-
-def _printable(text: str) -> str:
-    """Without what a terminal would obey."""
-    return "".join(x if x.isprintable() else " " for x in text)
+    texts = ("stage", "cause", "log", "advice")
+    return replace(record, **{name: one_line(getattr(record, name)) for name in texts})
 
 
 def _write(folder: Path, record: StageRecord) -> None:
     text = json.dumps(asdict(record), indent=1) + "\n"
-    part = folder / f"{RECORD_FILE}.part"
     try:
-        # A link of that name would lead elsewhere.
-        part.unlink(missing_ok=True)
-        part.write_text(text)
+        write_text(folder / RECORD_FILE, text)
     except OSError:
         # A full disk still takes what fits into the block that the record has already.
-        part.unlink(missing_ok=True)
-        with (folder / RECORD_FILE).open("r+") as file:
-            file.write(text)
-            file.truncate()
-        return
-    part.replace(folder / RECORD_FILE)
+        write_over(folder / RECORD_FILE, text)

@@ -9,7 +9,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.case import Case
-from mill_campaign.failures import KILLED, KINDS, NO_PROGRESS, SILENCE, UNKNOWN, Failure, advice_of
+from mill_campaign.errors import CampaignError
+from mill_campaign.failures import (
+    DAMAGED,
+    KILLED,
+    KINDS,
+    NO_PROGRESS,
+    SILENCE,
+    UNKNOWN,
+    Failure,
+    advice_of,
+)
 from mill_campaign.generate import read_summary
 from mill_campaign.progress import Progress, stage_progress, stage_steps
 from mill_campaign.stage_record import StageRecord, read_record
@@ -26,7 +36,7 @@ class CaseStatus:
     """Where a case stands.
 
     Attributes:
-        state: waiting, running, failed, interrupted or done.
+        state: waiting, running, failed, interrupted, done, or damaged: no case.json to go by.
         stage: the stage that runs, failed or comes next; empty when done.
         stages_left: stages that still have to run, the one named by `stage` included.
         step, steps: engine steps of the whole case done, and in all.
@@ -74,9 +84,36 @@ def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
     statuses = []
     for case_id in summary["cases"]:
         folder = runs / CASES_FOLDER / case_id
-        case = Case.load(folder / CASE_FILE)
+        try:
+            case = Case.load(folder / CASE_FILE)
+        except CampaignError as error:
+            statuses.append(_damaged(case_id, error.cause))
+            continue
         statuses.append(case_status(folder, case, silence, is_outdated(summary, case.document)))
     return statuses
+
+
+def _damaged(case_id: str, cause: str) -> CaseStatus:
+    """Status of a case whose case.json cannot be used; the others are shown beside it."""
+    return CaseStatus(
+        id=case_id,
+        kind="",
+        state="damaged",
+        stage="",
+        stages_left=0,
+        balls=0,
+        step=0,
+        steps=0,
+        percent=0.0,
+        simulated_s=0.0,
+        particle_steps_per_s=None,
+        time_left_s=None,
+        silent_s=None,
+        failure=DAMAGED,
+        problem=f"{DAMAGED}: {CASE_FILE}: {cause}",
+        advice=advice_of(DAMAGED),
+        log=CASE_FILE,
+    )
 
 
 def case_status(

@@ -15,7 +15,7 @@ from typing import Any
 
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
-from mill_campaign.decks import PARAMETERS_FILE, template_folder
+from mill_campaign.decks import MOST_DECK_BYTES, PARAMETERS_FILE, template_folder
 from mill_campaign.errors import CampaignError
 from mill_campaign.generate import CAMPAIGN_COPY, read_summary
 from mill_campaign.parameters import parameters_text
@@ -24,6 +24,8 @@ from mill_runs.case_digest import SAID, case_digest
 from mill_runs.digests import digest_of, files_of
 from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES, stage_of
 from mill_runs.provenance import read_provenance
+from mill_runs.terminal import one_line
+from mill_runs.untrusted import RunFolderError, read_bytes
 
 _MOST_KEYS = 3
 
@@ -37,7 +39,7 @@ class Difference:
     what: str
 
     def __str__(self) -> str:
-        return f"{f'{self.case}/' if self.case else ''}{self.file}: {self.what}"
+        return one_line(f"{f'{self.case}/' if self.case else ''}{self.file}: {self.what}")
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,10 @@ def _found(folder: Path, recorded: Mapping[str, Any], name: str) -> str | None:
 def _compared(folder: Path, name: str, digest: str) -> str:
     if not any(True for _ in files_of(folder, [name])):
         return "missing, or no regular file"
-    found = digest_of(folder / name)
+    try:
+        found = digest_of(folder / name)
+    except OSError as error:
+        return f"cannot be read: {error.strerror}"
     return "" if found == digest else f"SHA-256 is {found[:12]}..., recorded {digest[:12]}..."
 
 
@@ -175,10 +180,17 @@ def _decks(folder: Path, case: Case) -> Iterator[Difference]:
     for name in files_of(folder, (x.name for x in folder.glob("*.in"))):
         deck = folder / name
         if deck.name == PARAMETERS_FILE:
-            same = deck.read_text(errors="replace") == parameters_text(case)
+            same = _bytes(deck) == parameters_text(case).encode()
             yield Difference(folder.name, deck.name, "" if same else "not what case.json says")
             continue
         template = templates / deck.name
-        same = template.exists() and template.read_bytes() == deck.read_bytes()
+        same = template.exists() and template.read_bytes() == _bytes(deck)
         what = "" if same else "not the deck of this version: edited by hand, or of another version"
         yield Difference(folder.name, deck.name, what)
+
+
+def _bytes(deck: Path) -> bytes | None:
+    try:
+        return read_bytes(deck, MOST_DECK_BYTES, "")
+    except RunFolderError:
+        return None

@@ -7,6 +7,7 @@ change time cannot be set. Times are compared for equality only, so no clock dec
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import stat
@@ -19,6 +20,8 @@ from mill_runs.untrusted import RunFolderError, open_regular, read_object, under
 from mill_runs.writing import write_json
 
 CACHE_FILE = ".digests"
+# No file of ours is as large, and a larger one would take minutes: one of holes can have any size.
+MOST_BYTES = 1 << 33
 # A file that is written again within one tick of the file system's clock has the same times. No
 # digest is remembered before its file has rested for so long.
 RESTED_NS = 2 * 10**9
@@ -28,9 +31,11 @@ _State = tuple[int, int, int, int]
 _KNOWN: dict[str, dict[str, tuple[_State, str]]] = {}
 
 
-def digest_of(path: Path) -> str:
-    """SHA-256 of a file, in hexadecimal."""
-    with path.open("rb") as file:
+def digest_of(path: Path, follow: bool = False) -> str:
+    """SHA-256 of a regular file, in hexadecimal; `follow` as in `open_regular`."""
+    with open_regular(path, follow) as file:
+        if os.fstat(file.fileno()).st_size > MOST_BYTES:
+            raise OSError(errno.EFBIG, f"larger than {MOST_BYTES} bytes", str(path))
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -61,6 +66,8 @@ class Digests:
         path = self.folder / name
         try:
             before = path.lstat()
+            if before.st_size > MOST_BYTES:
+                return None
             known = self._known.get(name)
             if known and known[0] == _state(before) and stat.S_ISREG(before.st_mode):
                 return known[1]

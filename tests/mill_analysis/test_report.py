@@ -2,8 +2,11 @@
 
 import base64
 import json
+import os
 import re
 import shutil
+import subprocess
+import sys
 from html.parser import HTMLParser
 
 import pytest
@@ -295,3 +298,15 @@ def test_charges_are_compared_with_the_physical_mill(throws, tmp_path, monkeypat
     results = json.loads((index.parent / "results.json").read_text())
     assert len(results["charge_errors"]) == 4
     assert len(results["charge_schemes"]) == 1
+
+
+def test_report_is_written_in_utf8_under_a_locale_without_it(runs, tmp_path):
+    copy = shutil.copytree(runs, tmp_path / "läufe")
+    (copy / "campaign.json").write_text(
+        json.dumps(json.loads((copy / "campaign.json").read_text()) | {"name": "Mühle"})
+    )
+    ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    line = [sys.executable, "-m", "mill_analysis.report", str(copy)]
+    done = subprocess.run(line, env=os.environ | ascii_only, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+    assert "Mühle" in (copy / "report" / "index.html").read_text(encoding="utf-8")

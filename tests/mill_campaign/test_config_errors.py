@@ -365,7 +365,7 @@ def test_a_wrong_campaign_is_refused_in_one_line_and_leaves_nothing(name, tmp_pa
         (b"[mill\nradius_m = 3.9\n", "not TOML"),
         (b"[mill]\nradius_m = \xff\n", "not UTF-8"),
         (b"x = " + b"[" * 5000 + b"]" * 5000, "not TOML"),
-        (b"#" * (2 << 20), "larger than 1 MiB"),
+        (b"#" * (2 << 20), "larger than 1048576 bytes"),
         (b"mill = 3\n", "got 3"),
     ],
     ids=["syntax", "bytes", "nesting", "size", "not a section"],
@@ -428,7 +428,7 @@ def test_characters_of_typesetting_in_a_comment_are_none_of_our_business(tmp_pat
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(CampaignError, match="cannot be read"):
+    with pytest.raises(CampaignError, match="no such file"):
         generate(tmp_path / "none.toml", tmp_path / "runs")
     assert list(tmp_path.iterdir()) == []
 

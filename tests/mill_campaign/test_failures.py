@@ -152,7 +152,7 @@ def test_a_record_of_wrong_types_counts_as_none(tmp_path):
 def test_a_record_gives_the_terminal_nothing_to_obey(tmp_path):
     record = stage_record.begin(tmp_path, "mesh")
     stage_record.end(tmp_path, record, "failed", "\x1b[2Jgone\x07")
-    assert stage_record.read_record(tmp_path).cause == " [2Jgone "
+    assert stage_record.read_record(tmp_path).cause == "[2Jgone"
 
 
 def test_a_stage_that_fails_records_kind_and_advice(tmp_path, monkeypatch):

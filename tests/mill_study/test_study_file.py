@@ -65,7 +65,7 @@ ERRORS = {
     ),
     "base that is not there": (
         ("small.toml", "absent.toml"),
-        "absent.toml: cannot be read: No such file or directory; accepted: a TOML file",
+        "absent.toml: no such file; accepted: a TOML file",
     ),
     "unknown part": (("[all]", "[every]"), "every: unknown section; accepted: all, setting, study"),
     "unknown key": (

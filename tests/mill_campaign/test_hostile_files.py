@@ -1,0 +1,147 @@
+"""Files of a runs folder that are damaged or made to do harm: one line, at once, and no harm."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import time
+from contextlib import chdir
+
+import pytest
+from small_campaign import CHARGE, SINGLE_BALLS
+from small_command import small
+
+BALL, OTHER = SINGLE_BALLS
+# Asked of a free machine; tests run beside others.
+WITHIN_S = 2.0
+SLACK = 5.0
+
+
+def pipe(path):
+    os.mkfifo(path)
+
+
+def socket_at(path):
+    # Its name may have 107 bytes only.
+    with chdir(path.parent), socket.socket(socket.AF_UNIX) as end:
+        end.bind(path.name)
+
+
+def holes(path):
+    with path.open("wb") as file:
+        file.truncate(1 << 40)
+
+
+def text(content):
+    return lambda path: path.write_bytes(content.encode("latin-1"))
+
+
+HOSTILE = {
+    "pipe": pipe,
+    "socket": socket_at,
+    "folder": lambda path: path.mkdir(),
+    "device": lambda path: path.symlink_to("/dev/zero"),
+    "terabyte": holes,
+    "brackets": text("[" * 200_000),
+    "large": text('{"schema": 1' + "0" * 400 + "}"),
+    "infinite": text('{"schema": 1e400}'),
+    "nan": text('{"schema": NaN}'),
+    "array": text("[1, 2]"),
+    "word": text('{"schema": "x"}'),
+    "terminal": text('{"schema": "\x1b[2J\x07"}'),
+    "latin": text("gr\xfc\xdfe"),
+    "zeros": text("\0" * 5000),
+    "empty": text(""),
+}
+FILES = (
+    *("campaign.json", "campaign.toml", "predicted.json", "log.workflow", ".millscale.lock"),
+    *(
+        f"cases/{BALL}/{name}"
+        for name in (
+            *("case.json", "stage.json", "provenance.json", "timing.json", "result.json"),
+            *("mesh.json", "series.csv", "parameters.in", "single_ball.in", "liner.stl"),
+            *("out.rotate", "log.rotate", ".digests"),
+        )
+    ),
+    *(f"cases/{CHARGE}/{name}" for name in ("settled.json", "settled.restart", "charge.data")),
+    *(
+        f"cases/{OTHER}/rotate.part/{name}"
+        for name in ("attempts.json", "series.csv", "log.rotate", "mill.1.restart")
+    ),
+)
+COMMANDS = (("status",), ("verify",), ("report",), ("run", "--dry-run"))
+
+
+@pytest.fixture(scope="session")
+def begun_once(finished_once, tmp_path_factory):
+    """A finished run, a rotation of which was ended early."""
+    folder = tmp_path_factory.mktemp("begun")
+    shutil.copytree(finished_once.runs, folder / "runs", symlinks=True)
+    command = small(folder)
+    case = command.case(OTHER)
+    (case / "rotate.part").mkdir()
+    for name in ("series.csv", "log.rotate"):
+        shutil.copy(case / name, case / "rotate.part" / name)
+    (case / "series.csv").unlink()
+    record = {"stage": "rotate", "state": "interrupted", "started": 1, "ended": 2, "process": 1}
+    (case / "stage.json").write_text(json.dumps(record | {"process_started": 0.5}))
+    attempts = '{"schema": 1, "inputs": {"a": "b"}, "starts": [{"step": 0, "began": 1, "ranks": 1'
+    attempts += ', "before": {}}]}'
+    (case / "rotate.part" / "attempts.json").write_text(attempts)
+    return command
+
+
+@pytest.fixture(autouse=True)
+def no_hang():
+    """A command that waits for a pipe fails its test."""
+
+    def too_long(number, frame):
+        raise TimeoutError("a command does not come back")
+
+    before = signal.signal(signal.SIGALRM, too_long)
+    signal.setitimer(signal.ITIMER_REAL, 20.0)
+    yield
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    signal.signal(signal.SIGALRM, before)
+
+
+def put(make, path):
+    if path.is_dir():
+        shutil.rmtree(path)
+    path.unlink(missing_ok=True)
+    make(path)
+
+
+def check(done, took):
+    said = done.stdout + done.stderr
+    assert done.returncode in (0, 1, 2)
+    assert took < SLACK * WITHIN_S
+    assert "Traceback" not in said
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f]", said)
+    if done.returncode == 2:
+        assert done.stderr.startswith("error: ") and len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize("kind", HOSTILE)
+def test_commands_that_read_answer_in_a_line(begun_once, tmp_path, monkeypatch, kind, file):
+    monkeypatch.setattr("mill_analysis.build_report", lambda runs: results_of(runs))
+    shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
+    command = small(tmp_path)
+    put(HOSTILE[kind], command.runs / file)
+    before = sorted(tmp_path.rglob("*"))
+    for words in COMMANDS:
+        begin = time.monotonic()
+        done = command(*words)
+        check(done, time.monotonic() - begin)
+    after = [x for x in tmp_path.rglob("*") if x.name != ".digests"]
+    assert sorted(after) == [x for x in before if x.name != ".digests"]
+
+
+def results_of(runs):
+    """What a report computes, without its page and pictures."""
+    from mill_analysis.campaign import load_campaign
+
+    load_campaign(runs).results()
