@@ -29,6 +29,7 @@ from mill_campaign.cli_options import (
     RunsArgument,
     RunsOption,
     Slurm,
+    StartOver,
     TimeLimit,
     check_time_limit,
     console_of,
@@ -130,14 +131,15 @@ def run(
     oversubscribe: Oversubscribe = False,
     time_limit: TimeLimit = None,
     ignore_disk: IgnoreDisk = False,
+    start_over: StartOver = False,
     slurm: Slurm = False,
     profile: Profile = None,
 ) -> None:
     """Bring every case to its result: mesh, deck, settling, rotation, analysis.
 
-    Runs only what is missing or older than its inputs; a changed campaign reruns the cases it
-    changes. Ctrl-C ends the engines; the same command then goes on with the stages not yet done.
-    A case that fails does not stop the others.
+    Runs only what is missing or was made from other inputs; a changed campaign reruns the cases it
+    changes. Ctrl-C ends the engines; the same command then goes on with the stages not yet done,
+    on the ranks they began with. A case that fails does not stop the others.
 
     Engine: `liggghts_mill` beside this Python, on the PATH or in build/; MILLSCALE_ENGINE names
     another.
@@ -158,7 +160,8 @@ def run(
     if profile and not slurm:
         raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
     cluster = Cluster(profile) if slurm else None
-    asked = request(file, runs, only or [], CoreWish(ranks, jobs, oversubscribe), cluster)
+    cores = CoreWish(ranks, jobs, oversubscribe)
+    asked = request(file, runs, only or [], cores, cluster, start_over)
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return

@@ -57,6 +57,12 @@ TimeLimit = Annotated[
         metavar="S", help="Longest wall time of a stage [s]; it then ends and has failed."
     ),
 ]
+StartOver = Annotated[
+    bool,
+    typer.Option(
+        "--start-over", help="Begin stages that ended early anew, on any number of ranks."
+    ),
+]
 Slurm = Annotated[
     bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/slurm.md.")
 ]

@@ -86,12 +86,28 @@ def look(run: Run) -> tuple[RestartFile | None, str]:
     return restart, "; ".join([told, *problems])
 
 
+class OtherRanksError(RuntimeError):
+    """A run would go on with another number of ranks than it began with."""
+
+
 def begin(run: Run) -> Beginning:
-    """Make the part folder ready for the engine, and record that it begins."""
+    """Record that the engine begins, and make the part folder ready for it.
+
+    Raises:
+        OtherRanksError: the attempt to go on from had another number of ranks.
+    """
     restart, note = look(run)
     earlier = read_attempts(run.part) if restart else None
     if restart and earlier:
+        ranks = earlier.starts[-1].ranks
+        if ranks != run.ranks:
+            raise OtherRanksError(
+                f"the attempt to go on from ran on {ranks} ranks, not on {run.ranks}: take --ranks "
+                f"{ranks}, or millscale run --start-over to begin it anew"
+            )
         before, starts = earlier.cost_until(restart), earlier.starts
+        # Before anything that can fail: if it does, the next attempt finds the same files.
+        attempts = _record(run, restart.step, before, starts)
         restart = _put_aside(restart)
         _cut(run, restart.step)
         # Written by the engine when it is told to end: at a step where the run would not be the
@@ -99,14 +115,17 @@ def begin(run: Run) -> Beginning:
         for path in run.part.glob("restart_forced_liggghts_*"):
             path.unlink()
     else:
+        # First of all: a record of new inputs beside files of old ones would be a wrong one.
         shutil.rmtree(run.part, ignore_errors=True)
         run.part.mkdir()
-        before, starts = Cost(), ()
-    step = restart.step if restart else run.first
-    this = Attempt(step, time.time(), run.ranks, before)
-    attempts = Attempts(run.inputs, (*starts, this))
-    write_attempts(run.part, attempts)
+        attempts = _record(run, run.first, Cost(), ())
     return Beginning(restart, note, attempts)
+
+
+def _record(run: Run, step: int, before: Cost, starts: tuple[Attempt, ...]) -> Attempts:
+    attempts = Attempts(run.inputs, (*starts, Attempt(step, time.time(), run.ranks, before)))
+    write_attempts(run.part, attempts)
+    return attempts
 
 
 def _newest_whole(run: Run) -> tuple[RestartFile | None, list[str]]:

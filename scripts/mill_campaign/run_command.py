@@ -20,11 +20,12 @@ from mill_campaign.errors import CampaignError, nearest
 from mill_campaign.folder_lock import hold
 from mill_campaign.generate import changed_cases, check_owner, generate
 from mill_campaign.jobs import Job, jobs_of, write_jobs
+from mill_campaign.kept_ranks import drop_attempts, keep_ranks
 from mill_campaign.machine import Allocation, CoreWish, hardware
 from mill_campaign.output_size import check_disk
 from mill_campaign.placement import place, place_on_cluster
 from mill_campaign.prediction import error_line, record_predictions
-from mill_campaign.stage_work import attempt_note
+from mill_campaign.stage_work import attempt_of
 from mill_campaign.status import case_status
 from mill_campaign.workflow import (
     WORKFLOW_LOG,
@@ -50,6 +51,7 @@ class Request:
     allocation: Allocation
     rates: Rates
     cluster: Cluster | None = None
+    start_over: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,15 +62,22 @@ class Cluster:
 
 
 def request(
-    file: Path, runs: Path, only: list[str], cores: CoreWish, cluster: Cluster | None = None
+    file: Path,
+    runs: Path,
+    only: list[str],
+    cores: CoreWish,
+    cluster: Cluster | None = None,
+    start_over: bool = False,
 ) -> Request:
     """Check everything that can be wrong before anything is written.
 
     Args:
         only: ids or patterns with `*`; empty for every case.
+        start_over: give up what attempts of the cases that ended early have left.
 
     Raises:
-        CampaignError: wrong campaign, unknown id, more cores than there are.
+        CampaignError: wrong campaign, unknown id, a folder of another campaign, more cores than
+            there are, other ranks than an attempt to go on from has.
     """
     campaign = load_campaign(file)
     every = cases_of(campaign)
@@ -81,7 +90,9 @@ def request(
         allocation = place_on_cluster(cases, cores, usual, node_cores())
     else:
         allocation = place(cases, cores, usual, rates)
-    return Request(file, tuple(cases), runs, allocation, rates, cluster)
+    if not start_over:
+        allocation = keep_ranks(allocation, cases, changed_cases(cases, runs), runs, cores)
+    return Request(file, tuple(cases), runs, allocation, rates, cluster, start_over)
 
 
 def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
@@ -148,8 +159,12 @@ def run_campaign(asked: Request, console: Console) -> bool:
         for note in asked.allocation.notes:
             console.print(note, markup=False, highlight=False, soft_wrap=True)
         for case in asked.cases:
-            if note := attempt_note(asked.runs / CASES_FOLDER / case.id, case.document):
-                console.print(f"{case.id}: {note}", markup=False, highlight=False, soft_wrap=True)
+            folder = asked.runs / CASES_FOLDER / case.id
+            if asked.start_over:
+                drop_attempts(folder, case.kind)
+            elif (attempt := attempt_of(folder, case.document)) and attempt.note:
+                note = f"{case.id}: {attempt.note}"
+                console.print(note, markup=False, highlight=False, soft_wrap=True)
         code = _run_jobs(asked, console, lock)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
     for case in asked.cases:

@@ -19,7 +19,7 @@ from mill_campaign.restart_file import read_restart
 from mill_campaign.resume import RESTART_FILES, Run, begin, look
 from mill_campaign.timing import Before, timing_record
 from mill_runs.current import unfinished
-from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, Stage
+from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
 
 if TYPE_CHECKING:
     from liner_mesh import LinerMesh, LintReport
@@ -147,13 +147,35 @@ def is_complete(task: Task) -> bool:
     return earlier is not None and earlier.inputs == run.inputs
 
 
-def attempt_note(folder: Path, case: Mapping[str, Any]) -> str:
-    """What the next run will do about an engine stage that ended early; empty if there is none."""
+@dataclass(frozen=True)
+class EarlierAttempt:
+    """An engine stage that ended early.
+
+    Attributes:
+        note: what the next run will do about it.
+        ranks: those it goes on with; 0 if it begins anew.
+    """
+
+    stage: str
+    note: str
+    ranks: int
+
+
+def attempt_of(folder: Path, case: Mapping[str, Any]) -> EarlierAttempt | None:
+    """What an attempt has left of the stage that comes next; None if it has left nothing."""
+    stages = [stage for stage in STAGES[case["kind"]] if stage.deck]
+    if not any((folder / f"{stage.name}.part").exists() for stage in stages):
+        return None
     left = unfinished(folder, case["kind"])
     stage = left[0][0] if left else None
-    if stage is None or not stage.deck or not (folder / f"{stage.name}.part").exists():
-        return ""
-    return look(run_of(stage, case, folder, ranks=1))[1]
+    if stage is None or not (folder / f"{stage.name}.part").exists():
+        return None
+    run = run_of(stage, case, folder, ranks=1)
+    restart, note = look(run)
+    earlier = read_attempts(run.part)
+    if not earlier:
+        return None
+    return EarlierAttempt(stage.name, note, earlier.starts[-1].ranks if restart else 0)
 
 
 def run_of(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:

@@ -2,13 +2,15 @@
 
 import os
 import zlib
+from dataclasses import replace
 
 import pytest
 
+from mill_campaign import resume
 from mill_campaign.attempts import Cost, digests, read_attempts
 from mill_campaign.output_files import check_output, series_length
 from mill_campaign.restart_file import NotWholeError, read_restart
-from mill_campaign.resume import RESUME_FILE, Run, begin, look
+from mill_campaign.resume import RESUME_FILE, OtherRanksError, Run, begin, look
 
 FIRST, EVERY, STEPS = 95, 10, 1000
 HEADER = "step,time_s\n"
@@ -72,6 +74,30 @@ def test_it_goes_on_from_the_newest_restart_file(stopped):
     beginning = begin(stopped)
     assert beginning.restart.step == 300
     assert beginning.note == "goes on from step 205 of 1000 (mill.2.restart)"
+
+
+def test_it_goes_on_with_the_ranks_it_began_with_alone(stopped):
+    before = {path.name: path.read_bytes() for path in stopped.part.iterdir()}
+    with pytest.raises(OtherRanksError, match="ran on 2 ranks, not on 1: take --ranks 2, or"):
+        begin(replace(stopped, ranks=1))
+    assert {path.name: path.read_bytes() for path in stopped.part.iterdir()} == before
+    # There is nothing to go on from: any number will do.
+    for name in ("mill.1.restart", "mill.2.restart"):
+        (stopped.part / name).unlink()
+    assert begin(replace(stopped, ranks=1)).restart is None
+
+
+def test_an_attempt_is_recorded_before_anything_can_fail(stopped, monkeypatch):
+    def full(*_):
+        raise OSError("no space left on device")
+
+    for name in ("_cut", "_put_aside"):
+        with monkeypatch.context() as patch, pytest.raises(OSError, match="no space"):
+            patch.setattr(resume, name, full)
+            begin(stopped)
+    assert [start.step for start in read_attempts(stopped.part).starts] == [FIRST, 300, 300]
+    beginning = begin(stopped)
+    assert beginning.restart.step == 300 and len(beginning.attempts.starts) == 4
 
 
 def test_the_file_it_goes_on_from_is_not_written_over(stopped):

@@ -86,8 +86,11 @@ def test_means_do_not_depend_on_how_often_they_are_printed(tmp_path):
 @pytest.mark.engine
 def test_the_alternating_part_is_that_of_even_and_odd_steps(tmp_path):
     deck = bed_deck(tmp_path, *PATHS["bounded"], balls=BALLS, length=LENGTH) + "run 500\n"
-    both = CHARGE + DRIVE.format(every=40) + series(40) + series(1, "each.txt").replace(
-        "fix rows", "fix each"
+    both = (
+        CHARGE
+        + DRIVE.format(every=40)
+        + series(40)
+        + series(1, "each.txt").replace("fix rows", "fix each")
     )
     ran = run(tmp_path, deck + both + "run 1000\n")
     assert ran.code == 0, ran.text[-600:]
