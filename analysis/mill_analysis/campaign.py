@@ -157,5 +157,12 @@ def _charge_row(case: FinishedCase) -> Row:
         **{key: result[key] for key in ("problem", "mean_from_rad", "mean_to_rad")},
         **result["mean"],
         "dimensionless": result["dimensionless"],
+        **{
+            key: result[key]
+            for key in (
+                *("pitches", "standard_error", "torque_balance"),
+                *("alternating_torque", "steady"),
+            )
+        },
         "largest_overlap_over_radius": result["largest_overlap_over_radius"],
     }

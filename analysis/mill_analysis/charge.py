@@ -7,13 +7,31 @@ from typing import Any
 import numpy as np
 
 from mill_analysis.series import Series
+from mill_analysis.steady import (
+    FEWEST_PITCHES,
+    MOST_DRIFT,
+    Window,
+    choose_window,
+    is_cut_at_most,
+    lifter_pitch,
+    standard_error,
+    trend,
+)
+
+# Means over the steady part, by their name in result.json.
+_MEANS = (
+    *("kinetic_translation_J", "kinetic_rotation_J", "potential_J"),
+    *("centre_x_m", "centre_z_m"),
+)
 
 
-def charge_scales(case: dict[str, Any]) -> dict[str, float]:
+def charge_scales(case: dict[str, Any], series: Series) -> dict[str, float]:
     """Mass of the charge M [kg] and what its series are made dimensionless with: energy
-    M (omega R)^2 [J], torque M g R [N m], power M g R omega [W], length R [m]."""
-    mill, ball = case["mill"], case["ball"]
-    mass = ball["mass_kg"] * ball["count"]
+    M (omega R)^2 [J], torque M g R [N m], power M g R omega [W], length R [m].
+
+    M is that of the balls in the series: balls drawn from a spread of sizes have not their mean.
+    """
+    mill, mass = case["mill"], float(series["mass_kg"][0])
     torque = mass * mill["gravity_m_s2"] * mill["radius_m"]
     return {
         "mass": mass,
@@ -24,61 +42,105 @@ def charge_scales(case: dict[str, Any]) -> dict[str, float]:
     }
 
 
-def mean_over_rotation(mill_angle: np.ndarray, values: np.ndarray, begin: float) -> float:
-    """Mean over mill angle from `begin` [rad] to the end of the series.
-
-    Args:
-        mill_angle: (n,) float, not decreasing [rad].
-        values: (n,) float.
-
-    Raises:
-        ValueError: fewer than two samples from `begin` on.
-    """
-    steady = mill_angle >= begin
-    if steady.sum() < 2:
-        raise ValueError(
-            f"series ends at {mill_angle[-1]:g} rad, a mean from {begin:g} rad needs two"
-        )
-    angle = mill_angle[steady]
-    return float(np.trapezoid(values[steady], angle) / (angle[-1] - angle[0]))
-
-
 def charge_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
-    """Means over the second half of the rotation, in SI units and over `charge_scales`.
+    """Means over the window of `steady.choose_window`, in SI units and over `charge_scales`.
 
-    Power and torque are those of the drive: positive when the charge is lifted.
+    Torque and power are those of the drive, positive when the charge is lifted: the work done in
+    the window over mill angle and time. `torque_balance` sets them against the charge's weight and
+    angular momentum, `steady` says whether the charge has come to a steady state.
     """
-    angle = series["mill_angle_rad"]
-    begin = 0.5 * float(angle[-1])
-    scales = charge_scales(case)
-    mean = {
-        name: mean_over_rotation(angle, values, begin)
-        for name, values in (
-            ("kinetic_translation_J", series["kinetic_translation_J"]),
-            ("kinetic_rotation_J", series["kinetic_rotation_J"]),
-            ("potential_J", series["potential_J"]),
-            ("drive_torque_Nm", -series["torque_Nm"]),
-            ("power_W", series["power_W"]),
-            ("centre_x_m", series["centre_x_m"]),
-            ("centre_z_m", series["centre_z_m"]),
-            ("flying_share", series["balls_in_flight"] / series["balls"]),
-        )
+    angle, time = series["mill_angle_rad"], series["time_s"]
+    scales = charge_scales(case, series)
+    pitch = lifter_pitch(case["mill"]["lifters"])
+    window = choose_window(angle, [series["centre_x_m"], series["kinetic_translation_J"]], pitch)
+    work, duration = window.change(angle, series["drive_work_J"]), window.change(angle, time)
+    mean = {name: window.mean(angle, series[name]) for name in _MEANS}
+    mean |= {
+        "drive_torque_Nm": work / (window.end - window.begin),
+        "power_W": work / duration,
+        "flying_share": window.mean(angle, series["balls_in_flight"] / series["balls"]),
     }
+    torque = mean["drive_torque_Nm"]
+    by_momentum = window.change(angle, series["angular_momentum_Nms"]) / duration
+    by_weight = -scales["torque"] / scales["length"] * mean["centre_x_m"]
+    alternating = series["alternating_torque_Nm"][(angle > window.begin) & (angle <= window.end)]
     return {
         "problem": _problem(case, series),
-        "mean_from_rad": begin,
-        "mean_to_rad": float(angle[-1]),
+        "mean_from_rad": window.begin,
+        "mean_to_rad": window.end,
+        "pitches": window.pitches,
         "mean": mean,
         "dimensionless": {
             "kinetic": mean["kinetic_translation_J"] / scales["energy"],
             "kinetic_rotation": mean["kinetic_rotation_J"] / scales["energy"],
-            "torque": mean["drive_torque_Nm"] / scales["torque"],
+            "torque": torque / scales["torque"],
             "power": mean["power_W"] / scales["power"],
             "centre_x": mean["centre_x_m"] / scales["length"],
             "centre_z": mean["centre_z_m"] / scales["length"],
         },
+        "standard_error": _standard_errors(series, scales, window),
+        "torque_balance": {
+            "summed_Nm": torque,
+            "weight_Nm": by_weight,
+            "angular_momentum_Nm": by_momentum,
+            "difference": (torque - by_weight - by_momentum) / scales["torque"],
+        },
+        "alternating_torque": float(np.sqrt(np.mean(alternating**2))) / scales["torque"],
+        "steady": _steady(series, window, by_momentum / by_weight if by_weight else None),
         "largest_overlap_over_radius": _largest_overlap(case, series),
         "rotation_angle_rad": float(angle[-1]),
+    }
+
+
+def _standard_errors(
+    series: Series, scales: dict[str, float], window: Window
+) -> dict[str, float | None]:
+    """Of the dimensionless means, from the scatter of the pitches; None without pitches."""
+    if window.pitches < FEWEST_PITCHES // 2:
+        return dict.fromkeys(("kinetic", "torque", "centre_x"))
+    angle = series["mill_angle_rad"]
+    work = np.interp(window.edges, angle, series["drive_work_J"])
+    of_pitches = {
+        "kinetic": window.pitch_means(angle, series["kinetic_translation_J"]) / scales["energy"],
+        "torque": np.diff(work) / np.diff(window.edges) / scales["torque"],
+        "centre_x": window.pitch_means(angle, series["centre_x_m"]) / scales["length"],
+    }
+    return {name: standard_error(values) for name, values in of_pitches.items()}
+
+
+def _steady(series: Series, window: Window, momentum_share: float | None) -> dict[str, Any]:
+    """Whether the charge is steady in the window, and the numbers that say so.
+
+    Args:
+        momentum_share: torque that changes the angular momentum over that against the weight.
+    """
+    angle, centre = series["mill_angle_rad"], series["centre_x_m"]
+    drift = error = None
+    reasons = []
+    if window.pitches < FEWEST_PITCHES // 2:
+        reasons.append(
+            f"the rotation of {angle[-1]:.3g} rad has fewer than {FEWEST_PITCHES} lifter pitches: "
+            "too few to show whether the charge is steady"
+        )
+    else:
+        of_pitches = window.pitch_means(angle, centre)
+        line, mean = trend(of_pitches), abs(float(of_pitches.mean()))
+        if mean > 0.0:
+            drift, error = line.change / mean, line.error / mean
+        if is_cut_at_most(window, angle):
+            reasons.append("the charge still changes at half of the rotation")
+        if drift is not None and abs(drift) > max(MOST_DRIFT, 2.0 * error):
+            reasons.append(f"its centre of mass drifts by {100.0 * drift:+.1f} % in the window")
+    if momentum_share is not None and abs(momentum_share) > MOST_DRIFT:
+        reasons.append(
+            f"its angular momentum changes: {100.0 * momentum_share:+.1f} % of the torque"
+        )
+    return {
+        "is_steady": not reasons,
+        "reasons": reasons,
+        "centre_x_drift": drift,
+        "centre_x_drift_error": error,
+        "angular_momentum_share": momentum_share,
     }
 
 

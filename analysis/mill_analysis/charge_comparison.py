@@ -68,12 +68,14 @@ class Measured:
     Attributes:
         errors: `charge_rows.all_errors` of the first of two charges against the second.
         throw_angles: by charge and mill angle [rad], of the dumps that tell it [rad].
+        steady_from: by charge, mill angle at which the window of its means begins [rad].
         shapes: as in `ChargeComparison`.
         problems: by charge, dumps that could not be read.
     """
 
     errors: dict[tuple[Key, Key], Row]
     throw_angles: dict[Key, dict[float, float]]
+    steady_from: dict[Key, float]
     shapes: dict[float, dict[Key, Shape]]
     problems: dict[Key, list[str]]
 
@@ -84,7 +86,11 @@ def measure_pairs(charges: Sequence[Charge], compared: Pairs) -> Measured:
     snapshots = {charge.key: _snapshots(charge) for charge in charges}
     drawn = _drawn_angles(list(snapshots.values()))
     measured = Measured(
-        {}, {charge.key: {} for charge in charges}, {}, {charge.key: [] for charge in charges}
+        errors={},
+        throw_angles={charge.key: {} for charge in charges},
+        steady_from={charge.key: charge.steady_from for charge in charges},
+        shapes={},
+        problems={charge.key: [] for charge in charges},
     )
     by_angle: dict[tuple[Key, Key], dict[float, Row]] = {pair: {} for pair in compared}
     for angle in sorted(set().union(*snapshots.values())):

@@ -16,12 +16,12 @@ from mill_analysis.run_folder import SERIES, FinishedCase
 from mill_analysis.series import read_series
 
 _PANELS = (
-    ("kinetic energy", "kinetic_translation_J", "energy", "J", 1.0),
-    ("potential energy", "potential_J", "energy", "J", 1.0),
-    ("drive torque", "torque_Nm", "torque", "N m", -1.0),
-    ("drive power", "power_W", "power", "W", 1.0),
-    ("centre of mass x", "centre_x_m", "length", "m", 1.0),
-    ("centre of mass z", "centre_z_m", "length", "m", 1.0),
+    ("kinetic energy", "kinetic_translation_J", "energy", "J"),
+    ("potential energy", "potential_J", "energy", "J"),
+    ("drive torque", "drive_torque_Nm", "torque", "N m"),
+    ("drive power", "drive_power_W", "power", "W"),
+    ("centre of mass x", "centre_x_m", "length", "m"),
+    ("centre of mass z", "centre_z_m", "length", "m"),
 )
 _SCALE_NAMES = {"energy": "M ω²R²", "torque": "M g R", "power": "M g R ω", "length": "R"}
 _COLOURS = ("#1f6fb4", "#d1711b", "#2a8c4a", "#8a4fa3", "#b0413e", "#5a6b7b")
@@ -40,11 +40,11 @@ def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
         for case in cases:
             look = looks[case.id]
             series = read_series(case.folder / SERIES, "multi-ball")
-            scales = charge_scales(case.case)
-            for axes, (_, column, scale, _, sign) in zip(panels.flat, _PANELS, strict=True):
-                values = sign * series[column] / (scales[scale] if dimensionless else 1.0)
+            scales = charge_scales(case.case, series)
+            for axes, (_, column, scale, _) in zip(panels.flat, _PANELS, strict=True):
+                values = series[column] / (scales[scale] if dimensionless else 1.0)
                 axes.plot(series["mill_angle_rad"], values, lw=1.0, **look)
-        for axes, (name, _, scale, unit, _) in zip(panels.flat, _PANELS, strict=True):
+        for axes, (name, _, scale, unit) in zip(panels.flat, _PANELS, strict=True):
             divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
             axes.set_ylabel(f"{name} {divisor}")
         for axes in panels[1]:

@@ -44,6 +44,11 @@ class Charge:
         return column in self.series and bool(np.isfinite(self.series[column]).all())
 
     @property
+    def steady_from(self) -> float:
+        """Mill angle at which the window of its means begins [rad]."""
+        return self.result["mean_from_rad"]
+
+    @property
     def id(self) -> str:
         return self.finished.id
 

@@ -35,10 +35,11 @@ class Last:
 
 def all_errors(charge: Charge, reference: Charge, by_angle: dict[float, Row]) -> Row:
     """Errors of one charge against another: shapes at the last common mill angle and in the mean
-    over the second half of the rotation, mass flow, power."""
+    over those in the windows of both, mass flow, power."""
     last = max(by_angle, default=None)
     at_last = by_angle[last] if last is not None else shape_errors(None, None)
-    steady = {angle: row for angle, row in by_angle.items() if angle >= 0.5 * last}
+    begin = max(charge.steady_from, reference.steady_from)
+    steady = {angle: row for angle, row in by_angle.items() if angle >= begin}
     return {
         "mill_angle_rad": last,
         **at_last,
@@ -62,7 +63,7 @@ def charge_row(charge: Charge, charges: list[Charge], errors: dict, last: Last) 
     case, reference = charge.case, reference_of(charge, charges)
     measured = errors.get((charge.key, reference.key), _no_errors(last))
     same_ranks = charge.timing["ranks"] == reference.timing["ranks"]
-    series_means = {name: _mean_of_second_half(charge, name) for name in SERIES_MEANS}
+    series_means = {name: _steady_mean(charge, name) for name in SERIES_MEANS}
     return {
         "campaign": charge.campaign,
         **{key: case[key] for key in ("id", "scheme", "policy", "S", "seed")},
@@ -137,11 +138,12 @@ def _settled(charge: Charge) -> Row:
     return {name: settled.get(name) for name in SETTLED}
 
 
-def _mean_of_second_half(charge: Charge, column: str) -> float | None:
+def _steady_mean(charge: Charge, column: str) -> float | None:
     if not charge.has(column):
         return None
     angle = charge.series["mill_angle_rad"]
-    return float(np.mean(charge.series[column][angle >= 0.5 * angle[-1]]))
+    inside = (angle >= charge.steady_from) & (angle <= charge.result["mean_to_rad"])
+    return float(np.mean(charge.series[column][inside]))
 
 
 def _not_measured(charge: Charge, shape: Shape | None) -> list[str]:

@@ -12,6 +12,10 @@ MOST_DEVIATION_CORRECTED = 0.015  # of the better of the other policies
 MOST_ANGLE_SPREAD_DEG = 1.5
 MOST_OFF_PARABOLA = 1e-3  # of the energy change
 MOST_OVERLAP = 0.1  # of the ball radius
+# Over M g R. The two ways to the torque differ by how finely the centre of mass is sampled.
+MOST_TORQUE_DIFFERENCE = 1e-3
+# Of the torque between even and odd steps: beyond it a time step is too long for the wall.
+MOST_ALTERNATING = 5e-3
 
 Row = dict[str, Any]
 
@@ -36,11 +40,33 @@ def campaign_checks(
         checks[f"balls_kept/{case.id}"] = _check(
             f"{case.id}: no ball is lost", int(case.result["problem"] is not None), 0
         )
+        checks |= _torque(case)
         overlap = case.result["largest_overlap_over_radius"]
         if overlap is not None:
             text = f"{case.id}: largest overlap over ball radius"
             checks[f"overlap/{case.id}"] = _check(text, overlap, MOST_OVERLAP)
     return checks
+
+
+def _torque(case: FinishedCase) -> dict[str, Row]:
+    result, steady = case.result, case.result["steady"]
+    why = f": {'; '.join(steady['reasons'])}" if steady["reasons"] else ""
+    return {
+        f"torque_balance/{case.id}": _check(
+            f"{case.id}: torque summed over the steps less that by weight and angular momentum, "
+            "over M g R",
+            abs(result["torque_balance"]["difference"]),
+            MOST_TORQUE_DIFFERENCE,
+        ),
+        f"alternating_torque/{case.id}": _check(
+            f"{case.id}: part of the torque that alternates from step to step, over M g R",
+            result["alternating_torque"],
+            MOST_ALTERNATING,
+        ),
+        f"steady/{case.id}": _check(
+            f"{case.id}: reasons why the charge is not steady{why}", len(steady["reasons"]), 0
+        ),
+    }
 
 
 def _single_ball(rows: list[Row]) -> dict[str, Row]:

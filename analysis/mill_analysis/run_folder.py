@@ -79,12 +79,12 @@ def load_finished(folder: Path) -> FinishedCase:
     """
     case = load_case(folder)
     check_current(folder, case)
-    return FinishedCase(
-        folder,
-        case,
-        read_json(folder / RESULT, shlex.join(["python", "-m", "mill_analysis.case", str(folder)])),
-        load_timing(folder),
-    )
+    made_by = shlex.join(["python", "-m", "mill_analysis.case", str(folder)])
+    result = read_json(folder / RESULT, made_by)
+    if case["kind"] == "multi-ball" and "torque_balance" not in result:
+        cause = "its torque and power are samples of single steps, made by an earlier version"
+        raise RunFolderError(folder / RESULT, cause, f"run the case again: {_run(folder)}")
+    return FinishedCase(folder, case, result, load_timing(folder))
 
 
 def finished_or_reason(folder: Path) -> FinishedCase | str:

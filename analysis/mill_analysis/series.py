@@ -34,9 +34,10 @@ REQUIRED = {
     ),
     "multi-ball": (
         *_MOTION,
-        "balls",
+        *("balls", "mass_kg"),
         *_ENERGY,
-        *("centre_x_m", "centre_z_m", "torque_Nm", "power_W"),
+        *("centre_x_m", "centre_z_m", "angular_momentum_Nms"),
+        *("drive_work_J", "drive_torque_Nm", "drive_power_W", "alternating_torque_Nm"),
         *("balls_on_wall", "balls_in_bed", "balls_in_flight"),
     ),
     "ledger": (
@@ -52,6 +53,8 @@ _MAY_BE_NAN = {
     *("box_fixed_mass_fraction", "box_rotating_mass_fraction"),
     *("toe_angle_rad", "shoulder_angle_rad"),
 }
+# Columns of versions that sampled torque and power at single steps; they alternate between steps.
+_SAMPLED = {"torque_Nm", "power_W"}
 _REMEDY = "run the case again: millscale run FILE --runs DIR --only ID"
 
 
@@ -68,6 +71,9 @@ def read_series(path: Path, kind: str) -> Series:
     lines = read_text(path, MOST_SERIES, _REMEDY).splitlines()
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     missing = [name for name in REQUIRED[kind] if name not in names]
+    if missing and kind == "multi-ball" and set(names) >= _SAMPLED:
+        cause = "torque and power are samples of single steps, made by an earlier version"
+        raise RunFolderError(path, cause, _REMEDY)
     if missing:
         raise RunFolderError(
             path, f"no column {', '.join(missing)}; columns are {', '.join(names)}", _REMEDY

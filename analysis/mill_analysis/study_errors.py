@@ -19,7 +19,7 @@ of balls: what a setting scatters beyond that counts as its error.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -153,16 +153,14 @@ def distance(measured: Measured, pair: tuple[Key, Key], error: str) -> float | N
         return row["massflow_rms_over_mean"]
     if error == "power":
         return None if row["power_error"] is None else abs(row["power_error"])
-    return _throw_distance(measured.throw_angles, pair)
+    return _throw_distance(measured, pair)
 
 
-def _throw_distance(
-    angles: Mapping[Key, dict[float, float]], pair: tuple[Key, Key]
-) -> float | None:
-    """Relative, of the means over the mill angles of the second half that both have."""
-    ours, theirs = (angles[key] for key in pair)
-    common = ours.keys() & theirs.keys()
-    steady = [angle for angle in common if angle >= 0.5 * max(common)]
+def _throw_distance(measured: Measured, pair: tuple[Key, Key]) -> float | None:
+    """Relative, of the means over the mill angles in the windows of both that both have."""
+    ours, theirs = (measured.throw_angles[key] for key in pair)
+    begin = max(measured.steady_from[key] for key in pair)
+    steady = [angle for angle in ours.keys() & theirs.keys() if angle >= begin]
     if not steady:
         return None
     means = [float(np.mean([known[angle] for angle in steady])) for known in (ours, theirs)]

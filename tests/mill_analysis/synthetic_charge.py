@@ -29,27 +29,33 @@ def write_charge(runs: Path, scheme: str, balls: int = 150) -> Path:
 
 
 def charge_columns(case: dict[str, Any], end: float = 1.0) -> dict[str, np.ndarray]:
-    """A steady charge: mean values known, with an oscillation of whole periods in each half."""
+    """A steady charge: mean values known, with an oscillation of whole periods in each half. The
+    torque is that of its weight and angular momentum."""
     mill, count = case["mill"], case["ball"]["count"]
     mass = case["ball"]["mass_kg"] * count
     angle = np.linspace(0.0, end, 201)
-    wave = np.sin(8.0 * np.pi * angle / end)
+    wave, turns = np.sin(8.0 * np.pi * angle / end), 8.0 * np.pi / end
     time = angle / mill["omega_rad_s"]
     weight = mass * mill["gravity_m_s2"] * mill["radius_m"]
-    torque = -weight * (0.37 + 0.02 * wave)
+    work = weight * (0.37 * angle + 0.02 * (1.0 - np.cos(turns * angle)) / turns)
+    momentum = (work - 0.37 * weight * angle) / mill["omega_rad_s"]
     ones = np.ones_like(angle)
     return {
         "step": np.round(time / case["time"]["step_s"]),
         "time_s": time,
         "mill_angle_rad": angle,
         "balls": count * ones,
+        "mass_kg": mass * ones,
         "kinetic_translation_J": 0.3 * mass * (mill["omega_rad_s"] * mill["radius_m"]) ** 2 * ones,
         "kinetic_rotation_J": 0.01 * ones,
         "potential_J": -0.4 * weight * ones,
-        "centre_x_m": -0.2 * mill["radius_m"] * ones,
+        "centre_x_m": -0.37 * mill["radius_m"] * ones,
         "centre_z_m": -0.4 * mill["radius_m"] * ones,
-        "torque_Nm": torque,
-        "power_W": -torque * mill["omega_rad_s"],
+        "angular_momentum_Nms": 0.1 * weight + momentum,
+        "drive_work_J": work,
+        "drive_torque_Nm": weight * (0.37 + 0.02 * wave),
+        "drive_power_W": weight * (0.37 + 0.02 * wave) * mill["omega_rad_s"],
+        "alternating_torque_Nm": 1e-3 * weight * np.where(np.arange(angle.size) % 2, 1.0, -1.0),
         "balls_on_wall": 0.2 * count * ones,
         "balls_in_bed": 0.5 * count * ones,
         "balls_in_flight": 0.3 * count * ones,

@@ -36,10 +36,10 @@ def test_power_in_watts_is_that_of_the_series_and_the_start_does_not_set_the_sca
 ):
     case = load_campaign(runs).charges[0]
     series = read_series(case.folder / SERIES, "multi-ball")
-    series["power_W"][:4] *= 50.0
+    series["drive_power_W"][:4] *= 50.0
     monkeypatch.setattr("mill_analysis.charge_figures.read_series", lambda *_: series)
     axes = charge_series([case], dimensionless=False).axes[3]
-    assert_allclose(axes.lines[0].get_ydata(), series["power_W"])
-    steady = series["power_W"][30:]
+    assert_allclose(axes.lines[0].get_ydata(), series["drive_power_W"])
+    steady = series["drive_power_W"][30:]
     assert axes.get_ylim()[0] < steady.min()
     assert steady.max() < axes.get_ylim()[1] < 1.2 * steady.max()

@@ -26,6 +26,8 @@ QUIET = {
     "massflow_rms_over_mean": 0.0,
     "power_error": 0.0,
 }
+# The window of the means of every charge [rad].
+BEGIN = 1.0
 
 
 def charge(setting, seed, S=2.6, scheme="constant-gravity", balls=100):
@@ -45,7 +47,8 @@ def study(charges, fields):
     pairs = compared_pairs(models, references)
     errors = {pair: QUIET | {"massflow_rms_over_mean": rms(*pair)} for pair in pairs}
     angles = {one.key: {0.5: 9.0, 1.0: 1.1, 2.0: 1.3} for one in charges}
-    measured = Measured(errors, angles, {}, {one.key: [] for one in charges})
+    begin = dict.fromkeys((one.key for one in charges), BEGIN)
+    measured = Measured(errors, angles, begin, {}, {one.key: [] for one in charges})
     return models, references, Distances(models, measured)
 
 

@@ -26,20 +26,40 @@ def of_kind(folder, kind, **changes):
     return next(case for case in cases(folder, **MULTI_BALL, **changes) if case.kind == kind)
 
 
+def terms(case):
+    """The part `deck` but for the damping at the wall, which is a matter of the wall's kind."""
+    return {name: value for name, value in case["deck"].items() if name != "wall_damping"}
+
+
 def said(case, side):
     return {entry["what"]: entry["reason"] for entry in case["model"][side]}
 
 
 def test_a_charge_with_friction_has_every_term(tmp_path):
-    assert of_kind(tmp_path, "multi-ball")["deck"] == EVERYTHING
+    assert terms(of_kind(tmp_path, "multi-ball")) == EVERYTHING
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({}, "bounded"),
+        ({"model__tangential_damping": "plain"}, "on"),
+        ({"model__contacts": "stock"}, "on"),
+        ({"wall__kind": "mesh"}, "on"),
+    ],
+)
+def test_the_wall_damps_as_the_balls_do_where_it_is_ours(tmp_path, changes, word):
+    assert of_kind(tmp_path, "multi-ball", **changes)["deck"]["wall_damping"] == word
+    # A single ball is damped as it is, and its cases stay what they were.
+    assert "wall_damping" not in of_kind(tmp_path, "single-ball", **changes)["deck"]
 
 
 def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
     asked = of_kind(tmp_path, "multi-ball", multi_ball__ledger=True)
-    assert asked["deck"] == EVERYTHING | {"ledger": "on"}
+    assert terms(asked) == EVERYTHING | {"ledger": "on"}
     # Asked not to, or not asked: the case is what it was before there was an account.
     plain = of_kind(tmp_path, "multi-ball", multi_ball__ledger=False)
-    assert plain["deck"] == EVERYTHING
+    assert terms(plain) == EVERYTHING
     assert plain["digest"] == of_kind(tmp_path, "multi-ball")["digest"] != asked["digest"]
     rows = plain["time"]["steps"] // plain["output"]["sample_steps"]
     assert asked["predicted"]["output_bytes"] - plain["predicted"]["output_bytes"] > 500 * rows
@@ -47,19 +67,19 @@ def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
 
 def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
-    assert case["deck"] == EVERYTHING | {"surface": "default", "tangential_damping": "on"}
+    assert terms(case) == EVERYTHING | {"surface": "default", "tangential_damping": "on"}
     assert "contacts between balls evaluated by stock LIGGGHTS" in said(case, "in")
 
 
 def test_mixed_precision_is_said(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__precision="mixed")
-    assert case["deck"] == EVERYTHING | {"precision": "mixed"}
+    assert terms(case) == EVERYTHING | {"precision": "mixed"}
     assert "contacts between balls evaluated by our kernels, in mixed precision" in said(case, "in")
 
 
 def test_a_single_ball_has_no_pair_style_and_no_dumps(tmp_path):
     case = of_kind(tmp_path, "single-ball")
-    assert case["deck"] == EVERYTHING | {"pair": "none", "dumps": "off"}
+    assert terms(case) == EVERYTHING | {"pair": "none", "dumps": "off"}
     out = said(case, "out")
     assert (
         "no other to touch"
@@ -75,7 +95,7 @@ def test_a_coefficient_of_zero_takes_its_term_out_where_it_is_zero(tmp_path, pai
     case = of_kind(tmp_path, "multi-ball", wall__kind=wall, **changes)
     # fix wall/mill has no other tangential model, and says so.
     stays = pair == "pw" and wall == "analytic"
-    assert case["deck"] == EVERYTHING | {
+    assert terms(case) == EVERYTHING | {
         f"rolling_model_{pair}": "off",
         f"tangential_model_{pair}": "history" if stays else "no_history",
     }
@@ -87,13 +107,13 @@ def test_a_coefficient_of_zero_takes_its_term_out_where_it_is_zero(tmp_path, pai
 @pytest.mark.parametrize("kind", ["single-ball", "multi-ball"])
 def test_whatever_is_forced_is_in_and_says_so(tmp_path, kind):
     changes = {**NO_FRICTION, "wall__kind": "mesh"}
-    bare = of_kind(tmp_path, kind, **changes)["deck"]
+    bare = terms(of_kind(tmp_path, kind, **changes))
     assert all(bare[name] != EVERYTHING[name] for name in EVERYTHING if name[-2:] in ("pp", "pw"))
     full = of_kind(tmp_path, kind, model__force=list(FORCIBLE), **changes)
-    assert full["deck"] == EVERYTHING
+    assert terms(full) == EVERYTHING
     forced = [reason for reason in said(full, "in").values() if "[model] force" in reason]
     assert len(forced) == sum(bare[name] != EVERYTHING[name] for name in EVERYTHING)
-    assert of_kind(tmp_path, kind, model__force=["rolling"], **changes)["deck"] == bare | {
+    assert terms(of_kind(tmp_path, kind, model__force=["rolling"], **changes)) == bare | {
         "rolling_model_pp": "cdt",
         "rolling_model_pw": "cdt",
     }

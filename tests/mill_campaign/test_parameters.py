@@ -13,7 +13,7 @@ static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius lifter_to
 length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps
 settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
 tangential_model_pp tangential_model_pw rolling_model_pp rolling_model_pw soft_particles
-hard_particles surface tangential_damping
+hard_particles surface tangential_damping wall_damping
 """.split()  # noqa: SIM905
 )
 

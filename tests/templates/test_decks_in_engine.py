@@ -22,8 +22,10 @@ PUBLISHED = {
     "omega_rad_s": 6,
 }
 CHARGE_SERIES = (
-    "step,time_s,mill_angle_rad,balls,kinetic_translation_J,kinetic_rotation_J,potential_J,"
-    "centre_x_m,centre_z_m,torque_Nm,power_W,balls_on_wall,balls_in_bed,balls_in_flight,"
+    "step,time_s,mill_angle_rad,balls,mass_kg,"
+    "kinetic_translation_J,kinetic_rotation_J,potential_J,"
+    "centre_x_m,centre_z_m,angular_momentum_Nms,drive_work_J,drive_torque_Nm,drive_power_W,"
+    "alternating_torque_Nm,balls_on_wall,balls_in_bed,balls_in_flight,"
     "box_fixed_mass_fraction,box_rotating_mass_fraction,toe_angle_rad,shoulder_angle_rad,"
     "largest_overlap_m,largest_speed_m_s"
 )

@@ -1,0 +1,152 @@
+"""From where on a charge is steady: the window of its means, chosen from its series.
+
+The lifters make every quantity of a charge periodic in the lifter pitch, 2 pi / n of mill rotation.
+So a window holds whole pitches, which begin at the same phase in every mill of n lifters.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+# Of a plain drum, which has no pitch [rad]: near the pitch of the paper's 25 lifters.
+DRUM_PITCH = 0.25
+# Fewer pitches do not show whether a charge is steady.
+FEWEST_PITCHES = 8
+# Drift of the centre of mass over the window, and change of the angular momentum, over the torque:
+# as much as two seeds differ by.
+MOST_DRIFT = 0.01
+
+
+@dataclass(frozen=True)
+class Window:
+    """Mill angles between which the means of a charge are taken.
+
+    Attributes:
+        begin, end: [rad].
+        edges: (n + 1,) float, of the whole pitches in it [rad]; begin and end alone where the
+            rotation has fewer than `FEWEST_PITCHES`.
+    """
+
+    begin: float
+    end: float
+    edges: np.ndarray
+
+    @property
+    def pitches(self) -> int:
+        return len(self.edges) - 1
+
+    def mean(self, mill_angle: np.ndarray, values: np.ndarray) -> float:
+        """Mean over mill angle of a quantity sampled at (n,) angles [rad], by trapezoids."""
+        return float(_means(mill_angle, values, np.array([self.begin, self.end]))[0])
+
+    def pitch_means(self, mill_angle: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(pitches,) float: the mean over each pitch."""
+        return _means(mill_angle, values, self.edges)
+
+    def change(self, mill_angle: np.ndarray, total: np.ndarray) -> float:
+        """Change of a quantity over the window, its values interpolated at begin and end."""
+        begin, end = np.interp([self.begin, self.end], mill_angle, total)
+        return float(end - begin)
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A straight line through the means of the pitches.
+
+    Attributes:
+        change: over the whole window, in the unit of the values.
+        error: its standard error, lengthened for pitches that depend on the one before.
+    """
+
+    change: float
+    error: float
+
+
+def lifter_pitch(lifters: int) -> float:
+    """Mill rotation after which the liner looks the same [rad]."""
+    return 2.0 * math.pi / lifters if lifters else DRUM_PITCH
+
+
+def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: float) -> Window:
+    """The window of a charge: as many whole pitches at its end as give the steadiest means.
+
+    Of each quantity the start is cut off that makes the squared standard error of the mean of what
+    is left, sum (y - mean)^2 / n^2 over n pitches, least; at most half (marginal standard error
+    rule, White, Simulation 69 (1997) 323, doi 10.1177/003754979706900601). The latest begin counts.
+    A rotation of fewer than `FEWEST_PITCHES` pitches gives its second half.
+
+    Args:
+        mill_angle: (n,) float, increasing [rad].
+        quantities: (n,) float each.
+        pitch: [rad].
+    """
+    # A hair, since the last sample of a rotation of whole pitches may fall short by rounding.
+    first = math.ceil(mill_angle[0] / pitch - 1e-9)
+    last = math.floor(mill_angle[-1] / pitch + 1e-9)
+    edges = pitch * np.arange(first, last + 1)
+    if len(edges) <= FEWEST_PITCHES:
+        begin, end = 0.5 * float(mill_angle[-1]), float(mill_angle[-1])
+        return Window(begin, end, np.array([begin, end]))
+    cut = max(_least_error_cut(_means(mill_angle, values, edges)) for values in quantities)
+    return Window(float(edges[cut]), float(edges[-1]), edges[cut:])
+
+
+def is_cut_at_most(window: Window, mill_angle: np.ndarray) -> bool:
+    """Whether as much of the start is cut off as may be: the charge then still changes there."""
+    begin = mill_angle[0] + 0.5 * (mill_angle[-1] - mill_angle[0])
+    return window.pitches < 2 or window.begin > begin - (window.edges[1] - window.edges[0])
+
+
+def trend(values: np.ndarray) -> Trend:
+    """Least-squares line through (n,) values at equal distances, n of 3 or more.
+
+    With a correlation r of neighbouring residuals the error grows by sqrt((1 + r) / (1 - r)).
+    """
+    n = len(values)
+    at = np.arange(n) - 0.5 * (n - 1)
+    slope = float(at @ values / (at @ at))
+    left = values - values.mean() - slope * at
+    variance = float(left @ left) / (n - 2) if n > 2 else math.nan
+    error = math.sqrt(variance / float(at @ at)) * _lengthened(left)
+    return Trend(n * slope, n * error)
+
+
+def standard_error(values: np.ndarray) -> float:
+    """Of the mean of (n,) values in a row that depend on each other, as in `trend`."""
+    left = values - values.mean()
+    n = len(values)
+    return math.sqrt(float(left @ left) / (n * (n - 1))) * _lengthened(left) if n > 1 else math.nan
+
+
+def _lengthened(left: np.ndarray) -> float:
+    square = float(left @ left)
+    correlation = float(left[1:] @ left[:-1]) / square if square > 0.0 else 0.0
+    correlation = min(max(correlation, 0.0), 0.9)
+    return math.sqrt((1.0 + correlation) / (1.0 - correlation))
+
+
+def _least_error_cut(means: np.ndarray) -> int:
+    """How many pitches to leave out at the start."""
+    n = len(means)
+    errors = [np.var(means[cut:]) / (n - cut) for cut in range(n // 2 + 1)]
+    return int(np.argmin(errors))
+
+
+def _means(mill_angle: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """(len(edges) - 1,) float: means over mill angle between the edges."""
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(mill_angle)
+    integral = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.diff(_integral_at(edges, mill_angle, values, integral)) / np.diff(edges)
+
+
+def _integral_at(
+    edges: np.ndarray, mill_angle: np.ndarray, values: np.ndarray, integral: np.ndarray
+) -> np.ndarray:
+    """The integral up to each edge, of the line through the samples beside it."""
+    left = np.clip(np.searchsorted(mill_angle, edges, side="right") - 1, 0, len(mill_angle) - 2)
+    way = edges - mill_angle[left]
+    slope = (values[left + 1] - values[left]) / (mill_angle[left + 1] - mill_angle[left])
+    return integral[left] + way * (values[left] + 0.5 * way * slope)
