@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 import pytest
 from synthetic_case import record_stages
 
-from mill_analysis import RunFolderError, build_report, report, report_figures
+from mill_analysis import RunFolderError, build_report, paper, report, report_figures
 from mill_analysis.campaign import OUTDATED, load_campaign
 from mill_analysis.report import degrees, duration, hundredths, main, number, percent
 from mill_runs.case_digest import case_digest
@@ -95,6 +95,43 @@ def test_page_holds_the_figures(page, built):
         assert base64.b64decode(image["src"].partition(",")[2]).startswith(b"\x89PNG")
     files = {path.name for path in built.parent.iterdir()}
     assert {"fig6-constant-gravity-paper.png", "fig8-constant-speed.png"} <= files
+
+
+@pytest.fixture(scope="module")
+def of_another_mill(runs, tmp_path_factory):
+    """Report of the same cases as of a mill that is not the paper's: one lifter is another."""
+    copy = tmp_path_factory.mktemp("another") / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("*corrected*", "*offset-liner*"))
+    keep_listed(copy)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_figures, "DPI", 40)
+        patch.setattr(report_figures, "draw_pictures", one_picture)
+        patch.setattr(paper, "LIFTERS", paper.LIFTERS - 1)
+        return build_report(copy)
+
+
+def test_the_page_of_another_mill_does_not_speak_of_the_paper(of_another_mill, page):
+    other = Page(of_another_mill.read_text())
+    assert other.open == [] and other.of_paper == []
+    # The words are on the page of the paper's mill.
+    for words in ("the paper", "Powder Technology", "Tables 8", "Fig."):
+        assert words not in other.text
+        assert words in page.text
+    captions = " ".join(image["alt"] for image in other.images)
+    assert "Fig" not in captions and "Table" not in captions
+    for row in (x for x in other.text.splitlines() if "2.600" in x):
+        assert "0.65 h" not in row
+
+
+def test_checks_and_results_of_another_mill_hold_no_numbers_of_the_paper(of_another_mill, built):
+    ours, other = (
+        json.loads((x.parent / "results.json").read_text()) for x in (built, of_another_mill)
+    )
+    about_the_law = [x for x in ours["checks"] if "deviation" in x or "linear" in x]
+    assert about_the_law and not set(about_the_law) & set(other["checks"])
+    assert all(row["paper_energy_ratio"] is None for row in other["single_ball"])
+    assert any(row["paper_energy_ratio"] is not None for row in ours["single_ball"])
+    assert all(row["paper_wall_time_h"] is None for row in other["multi_ball"])
 
 
 def test_page_shows_ours_beside_the_paper(page):
