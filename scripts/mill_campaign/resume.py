@@ -21,6 +21,7 @@ from mill_campaign.attempts import (
 )
 from mill_campaign.output_files import SERIES, check_output, series_length
 from mill_campaign.restart_file import NotWholeError, RestartFile, read_restart
+from mill_runs.terminal import one_line
 from mill_runs.writing import write_copy
 
 RESUME_FILE = "resume.restart"
@@ -77,8 +78,12 @@ def look(run: Run) -> tuple[RestartFile | None, str]:
         if earlier.inputs.get(name) != run.inputs.get(name)
     )
     if changed:
-        return None, f"starts over: {', '.join(changed)} changed since the last attempt"
+        names = one_line(", ".join(changed))
+        return None, f"starts over: {names} changed since the last attempt"
     restart, problems = _newest_whole(run)
+    if restart and not any(start.step < restart.step for start in earlier.starts):
+        problems.append(f"{ATTEMPTS_FILE} does not tell who wrote {restart.path.name}")
+        restart = None
     if restart:
         told = f"goes on from step {restart.step - run.first} of {run.steps} ({restart.path.name})"
     else:

@@ -12,6 +12,7 @@ from pathlib import Path
 # Longer than any reader needs for a damaged file of a few kilobytes [s]: of the processor, and by
 # the clock, for one that waits, on a busy machine.
 COMPUTING_S, WAITING_S = 20.0, 120.0
+FAULTS = ("tracebacks", "hangs", "writes_outside", "wrong_numbers")
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 # Python's events of changes to files, and which of their arguments are paths.
 _CHANGES = {
@@ -33,6 +34,10 @@ class Hang(BaseException):
     """A reader did not come back."""
 
 
+class WrongNumberError(Exception):
+    """A reader took a file that was changed for the one that was made."""
+
+
 @dataclass
 class Tally:
     """What came of the inputs of a kind; the lists hold an example each."""
@@ -43,15 +48,15 @@ class Tally:
     tracebacks: list[str] = field(default_factory=list)
     hangs: list[str] = field(default_factory=list)
     writes_outside: list[str] = field(default_factory=list)
+    wrong_numbers: list[str] = field(default_factory=list)
 
     def record(self) -> dict[str, int]:
         numbers = {key: getattr(self, key) for key in ("inputs_tried", "accepted", "refused")}
-        lists = ("tracebacks", "hangs", "writes_outside")
-        return numbers | {key: len(getattr(self, key)) for key in lists}
+        return numbers | {key: len(getattr(self, key)) for key in FAULTS}
 
     @property
     def faults(self) -> list[str]:
-        return [*self.tracebacks, *self.hangs, *self.writes_outside]
+        return [example for name in FAULTS for example in getattr(self, name)]
 
 
 _watched: list[tuple[Path, list[str]]] = []
@@ -128,6 +133,8 @@ def attempt(
         # What the user sees of an OSError names the file and the system's words.
         if "\n" in str(error).strip() or not str(error).strip():
             tally.tracebacks.append(f"not one line: {str(error)!r:.300} of {shown!r:.500}")
+    except WrongNumberError as error:
+        tally.wrong_numbers.append(f"{error} of {shown!r:.2000}")
     except Hang:
         tally.hangs.append(f"{shown!r:.2000}")
     except Exception:

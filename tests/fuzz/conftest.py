@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from attempts import Tally
+from attempts import FAULTS, Tally
 
 
 def pytest_addoption(parser):
@@ -25,10 +25,7 @@ def tallies(request):
 
     sums = {
         "inputs_tried": sum(x.inputs_tried for x in found.values()),
-        **{
-            name: sum(len(getattr(x, name)) for x in found.values())
-            for name in ("tracebacks", "hangs", "writes_outside")
-        },
+        **{name: sum(len(getattr(x, name)) for x in found.values()) for name in FAULTS},
     }
     record = {
         "schema": 1,

@@ -16,6 +16,18 @@ _NUMBERS = (
     0, -1, 1, 2, 3, 10**6, 10**9, 2**31, 2**63, 10**30, 10**400, 0.0, -0.0, 1e-320, 1e-9, 0.5,
     1e15, 1e300, -1e300, float("nan"), float("inf"),
 )  # fmt: skip
+_ENDS = (
+    1e300, 1e200, 1e100, 1e15, 1e9, 1e6, 1e-6, 1e-9, 1e-100, 1e-200, 1e-300, 1e-320, 5e-324,
+    1.7976931348623157e308, 2.2250738585072014e-308, 0.0, 1.0,
+)  # fmt: skip
+_ENCODINGS = (
+    "utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-32", "latin-1", "cp1252", "cp037", "utf-7",
+)  # fmt: skip
+_TYPED = (
+    ("\n", "\r\n"), ("\n", "\r"), (".", ","), ("-", "\u2212"), ("-", "\u2013"), ('"', "\u201c"),
+    ('"', "'"), ("=", ":"), (" ", "\u00a0"), (" ", "\t"), ("e", "\u0435"), ("#", "//"), ("=", "=="),
+    ("\n", "\u2028"), ("1", "\uff11"), ("m", "\u03bc"), ("[", "[["), ("\n", "\n\ufeff"),
+)  # fmt: skip
 _NUMBER = re.compile(rb"-?\d+\.?\d*(?:[eE][-+]?\d+)?")
 
 wild = st.recursive(
@@ -85,6 +97,53 @@ def _change(draw, document):
         del place[key]
     elif isinstance(place, dict):
         place[draw(st.sampled_from(WORDS))] = draw(wild)
+
+
+@st.composite
+def at_the_ends(draw, originals):
+    """One of the JSON or TOML documents with a few of its numbers at the ends of what floats hold.
+
+    Signs stay, so that more of them are accepted.
+    """
+    document = copy.deepcopy(draw(st.sampled_from(originals)))
+    places = [(part, key) for part in _parts(document) for key, value in _items(part)
+              if type(value) in (int, float)]  # fmt: skip
+    for part, key in draw(st.lists(st.sampled_from(places), min_size=1, max_size=3)):
+        number = draw(st.sampled_from(_ENDS) | st.floats(-300.0, 300.0).map(lambda x: 10.0**x))
+        part[key] = int(min(number, 1e18)) if isinstance(part[key], int) else number
+    return document
+
+
+def _items(part):
+    return part.items() if isinstance(part, dict) else enumerate(part)
+
+
+def _parts(document):
+    yield document
+    for _, inner in _items(document):
+        if isinstance(inner, dict | list):
+            yield from _parts(inner)
+
+
+@st.composite
+def as_saved_elsewhere(draw, originals):
+    """Bytes of one of the text files `originals` as other programs and people write them."""
+    text = draw(st.sampled_from(originals)).decode()
+    for old, new in draw(st.lists(st.sampled_from(_TYPED), max_size=3)):
+        at = draw(st.integers(0, len(text)))
+        text = text[:at] + text[at:].replace(old, new, draw(st.sampled_from((1, -1))))
+    return text.encode(draw(st.sampled_from(_ENCODINGS)), errors="replace")
+
+
+def hostile():
+    """Content that does harm to a reader that trusts it."""
+    return st.sampled_from(
+        [
+            b"[" * 200_000, b'{"a":' * 100_000, b"9" * 5000, b"1e400", b"NaN", b"-Infinity",
+            b'{"schema": 1' + b"0" * 400 + b"}", b'"\x1b[2J"', b"\0" * 4096, b"\xff\xfe", b"",
+            b'"' + b"x" * 1_000_000 + b'"', b"[1" + b", 1" * 300_000 + b"]", b"\n" * 300_000,
+        ]
+    )  # fmt: skip
 
 
 def as_json(document) -> bytes:

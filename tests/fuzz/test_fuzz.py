@@ -6,64 +6,57 @@ Few in the normal run; the full number, and docs/results/fuzz.json:
 """
 
 import json
+import re
 import shutil
 import tomllib
-import warnings
+import zlib
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
-from attempts import Tally, attempt
-from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mutations import as_json, as_toml, damaged, documents
+from mutations import (
+    as_json,
+    as_saved_elsewhere,
+    as_toml,
+    at_the_ends,
+    damaged,
+    documents,
+    hostile,
+)
 from small_campaign import TEXT
 from synthetic_ball import usual_motion
-from synthetic_case import case_document, timing_document, write_case, write_series
+from synthetic_case import case_document, finish_case, timing_document, write_case, write_series
 from synthetic_charge import block, write_charge, write_dump
+from trials import NUMBERS, REFUSALS, run
 
 from liner_mesh import read_stl
-from mill_analysis import RunFolderError, analyse_case
+from mill_analysis import analyse_case
 from mill_analysis.campaign import load_campaign as load_runs
 from mill_analysis.dumps import read_dump
+from mill_campaign import stage_record
+from mill_campaign.attempts import Attempt, Attempts, Cost, write_attempts
 from mill_campaign.case import Case, cases_of
 from mill_campaign.config_build import load_campaign
-from mill_campaign.errors import CampaignError
+from mill_campaign.cost import BUILT_IN, learned
+from mill_campaign.failures import diagnose
 from mill_campaign.generate import generate
+from mill_campaign.jobs import read_jobs, write_jobs
+from mill_campaign.machine import hardware
 from mill_campaign.parameters import write_parameters
+from mill_campaign.placement import OPEN, place
 from mill_campaign.plan import plan_rows
+from mill_campaign.prediction import error_line, record_predictions
+from mill_campaign.stage_work import attempt_of, run_of
+from mill_campaign.stages import run_stage
 from mill_campaign.status import campaign_status
 from mill_campaign.verify import verify
+from mill_campaign.workflow import last_problem
+from mill_runs.digests import keep
+from mill_runs.layout import stage_of
 
-FULL, FEW = 1000, 40
-REFUSALS = (CampaignError, RunFolderError, OSError)
 CAMPAIGNS = sorted((Path(__file__).parents[2] / "campaigns").glob("*.toml"))
-NUMBERS = [pytest.param(FEW, id="few"), pytest.param(FULL, id="full", marks=pytest.mark.validate)]
-
-
-def run(tallies, name, number, strategy, act, folder, refusals=REFUSALS):
-    """Try `number` inputs of a strategy."""
-    tally = Tally()
-
-    @settings(
-        max_examples=number, deadline=None, database=None, derandomize=True,
-        suppress_health_check=list(HealthCheck),
-    )  # fmt: skip
-    @given(strategy)
-    def each(data):
-        inside = folder / "inside"
-        shutil.rmtree(inside, ignore_errors=True)
-        inside.mkdir()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            attempt(tally, inside, data, lambda: act(inside, data), refusals)
-
-    each()
-    tallies[name] = tally
-    if tally.faults:
-        pytest.fail(f"{len(tally.faults)} faults, the first:\n{tally.faults[0]}", pytrace=False)
-    # Hypothesis tries some inputs once only, however often they come.
-    assert tally.inputs_tried >= 0.9 * number
 
 
 @pytest.mark.parametrize("number", NUMBERS)
@@ -79,6 +72,24 @@ def test_campaign_files(tallies, number, tmp_path):
         generate(folder / "c.toml", folder / "runs")
 
     run(tallies, "campaign", number, inputs, read, tmp_path)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("kind", ["at the ends", "saved elsewhere"])
+def test_campaign_files_of_other_kinds(tallies, number, kind, tmp_path):
+    texts = [TEXT.encode(), *(path.read_bytes() for path in CAMPAIGNS)]
+    trees = [tomllib.loads(text.decode()) for text in texts]
+    inputs = {
+        "at the ends": at_the_ends(trees).map(as_toml),
+        "saved elsewhere": as_saved_elsewhere(texts),
+    }
+
+    def read(folder, data):
+        (folder / "c.toml").write_bytes(data)
+        rows = plan_rows(load_campaign(folder / "c.toml"))
+        json.dumps(rows, allow_nan=False)
+
+    run(tallies, f"campaign, {kind}", number, inputs[kind], read, tmp_path)
 
 
 def stl_files(folder):
@@ -180,14 +191,67 @@ def test_case_documents_in_the_campaign(tallies, number, tmp_path):
     run(tallies, "case.json, campaign", number, inputs, read, tmp_path)
 
 
+DONE, BEGUN = (f"cases/sb-cg-paper-S{S}" for S in ("1.000", "2.000"))
 SIDE_FILES = (
-    "campaign.json",
-    "case.json",
-    "stage.json",
-    "provenance.json",
-    "timing.json",
-    "result.json",
+    *("campaign.json", "campaign.toml", "predicted.json", ".jobs/1/jobs.json", "log.workflow"),
+    *(
+        f"{DONE}/{name}"
+        for name in (
+            *("case.json", "stage.json", "provenance.json", "timing.json", "result.json"),
+            *("mesh.json", "series.csv", "single_ball.in", "parameters.in", ".digests"),
+        )
+    ),
+    *(
+        f"{BEGUN}/{name}"
+        for name in (
+            *("stage.json", "rotate.part/attempts.json", "rotate.part/series.csv"),
+            *("rotate.part/log.rotate", "rotate.part/mill.1.restart", "out.rotate", "log.rotate"),
+        )
+    ),
 )
+LOG = """LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0)
+Setting up run at Mon Nov 30 01:02:03 2026
+Step Atoms KinEng
+       0       1       0.0
+     100       1       0.0
+ERROR: Lost atoms: original 1 current 0 (thermo.cpp:427)
+"""
+
+
+def runs_folder(folder):
+    """A folder with a case that is done and one whose rotation was interrupted."""
+    (folder / "small.toml").write_text(TEXT.split("[multi_ball]")[0])
+    runs = folder / "good"
+    done, begun = generate(folder / "small.toml", runs)
+    for case in (done, begun):
+        for stage in ("mesh", "deck"):
+            assert run_stage(runs / "cases" / case.id, stage) == 0
+    _finish(runs / DONE, done["S"])
+    part = runs / BEGUN / "rotate.part"
+    part.mkdir()
+    motion = case_document("single-ball", "constant-gravity", "paper", 2.0, sample_angle=0.05)
+    write_series(part / "series.csv", usual_motion(motion).series())
+    for file in (part / "log.rotate", runs / BEGUN / "log.rotate", runs / BEGUN / "out.rotate"):
+        file.write_text(LOG)
+    run = run_of(stage_of("single-ball", "rotate"), begun.document, runs / BEGUN, 1)
+    write_attempts(
+        part, Attempts(run.inputs, (Attempt(0, 1.0, 1, Cost()), Attempt(5, 2.0, 1, Cost())))
+    )
+    content = b"balls" * 100
+    signature = (
+        f"\nmillscale restart step 400 bytes {len(content)} crc32 {zlib.crc32(content):08x} "
+    )
+    signature += "loop_time_s 1.5 processor_time_s 2.5\n"
+    (part / "mill.1.restart").write_bytes(content + signature.encode())
+    stage_record.end(runs / BEGUN, stage_record.begin(runs / BEGUN, "rotate"), "interrupted")
+    record_predictions(runs, [done, begun], place([done, begun], OPEN), BUILT_IN)
+    write_jobs(runs, []).parent.rename(runs / ".jobs" / "1")
+    job = {"name": "a", "cases": [done.id], "ranks": 1, "time_s": 1.0, "minutes": 1, "memory_mb": 1}
+    (runs / ".jobs" / "1" / "jobs.json").write_text(json.dumps([job]))
+    (runs / "log.workflow").write_text("Building DAG of jobs...\nError: one\n")
+    for case in ("", DONE, BEGUN):
+        keep(runs / case)
+    return runs
 
 
 def _finish(folder, S):
@@ -195,55 +259,58 @@ def _finish(folder, S):
     motion = case_document("single-ball", "constant-gravity", "paper", S, sample_angle=0.05)
     write_series(folder / "series.csv", usual_motion(motion).series())
     (folder / "timing.json").write_text(json.dumps(timing_document(1, 100)))
-    analyse_case(folder)
-    stage = {"stage": "result", "state": "failed", "started": 1.0, "ended": 2.0, "process": 1}
-    stage |= {"process_started": 0.5, "cause": "c", "log": "out.result"}
-    (folder / "stage.json").write_text(json.dumps(stage))
-    made = {"inputs": {}, "products": {"result.json": "0" * 64}}
-    (folder / "provenance.json").write_text(json.dumps({"schema": 1, "stages": {"result": made}}))
+    finish_case(folder)
+    stage_record.end(folder, stage_record.begin(folder, "result"), "failed", "cause", "out.result")
+
+
+def next_attempt(folder):
+    found = attempt_of(folder, Case.load(folder / "case.json").document)
+    return asdict(found) if found else None
+
+
+def looks(runs):
+    """Every reading of a runs folder that changes nothing."""
+    return {
+        "status": lambda: [asdict(x) for x in campaign_status(runs)],
+        "verify": lambda: list(map(str, verify(runs).differences)),
+        "report": lambda: load_runs(runs).results(),
+        "predictions": lambda: error_line(runs),
+        "jobs": lambda: [asdict(x) for x in read_jobs(runs / ".jobs" / "1" / "jobs.json")],
+        "next attempt": lambda: next_attempt(runs / BEGUN),
+        "workflow": lambda: last_problem(runs),
+        "failure": lambda: asdict(diagnose(RuntimeError("x"), runs / BEGUN, "rotate", 0)),
+        "learned": lambda: asdict(learned(runs.glob("cases/*"), hardware()["cpu"])),
+    }
 
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_runs_folders(tallies, number, tmp_path):
-    """status, verify and report on a folder of which one JSON file is damaged."""
-    good = tmp_path / "good"
-    (tmp_path / "small.toml").write_text(TEXT.split("[multi_ball]")[0])
-    cases = generate(tmp_path / "small.toml", good)
-    for case in cases:
-        _finish(good / "cases" / case.id, case["S"])
-    first = good / "cases" / cases[0].id
-    originals = {
-        name: (good if name == "campaign.json" else first).joinpath(name).read_bytes()
-        for name in SIDE_FILES
-    }
-    inputs = st.sampled_from(SIDE_FILES).flatmap(
-        lambda name: st.tuples(
-            st.just(name),
-            st.one_of(
-                damaged([originals[name]]),
-                documents([json.loads(originals[name])]).map(as_json),
-            ),
-        )
-    )
+    """Every reader on a folder of which one file is damaged."""
+    good = runs_folder(tmp_path)
+    originals = {name: (good / name).read_bytes() for name in SIDE_FILES if (good / name).exists()}
+
+    def kinds(name):
+        some = [damaged([originals[name]]), hostile()]
+        if name.endswith(".json"):
+            some.append(documents([json.loads(originals[name])]).map(as_json))
+        return st.tuples(st.just(name), st.one_of(some))
 
     def read(folder, data):
         runs = folder / "runs"
         shutil.copytree(good, runs)
         name, content = data
-        place = runs if name == "campaign.json" else runs / "cases" / first.name
-        (place / name).write_bytes(content)
+        (runs / name).write_bytes(content)
         refused = []
-        for look in (campaign_status, verify, results):
+        for look in looks(runs).values():
             try:
-                look(runs)
+                text = json.dumps(look(), allow_nan=False)
             except REFUSALS as error:
                 refused.append(error)
+                text = str(error)
+            # Escapes of JSON, and of a terminal.
+            assert not re.search(r"\\u00[01]|\\u007f|[\x00-\x1f\x7f]", text), text[:500]
         if refused:
             raise refused[0]
 
-    run(tallies, "JSON files of a runs folder", number, inputs, read, tmp_path)
-
-
-def results(runs):
-    """What a report computes, without its pictures."""
-    json.dumps(load_runs(runs).results())
+    inputs = st.sampled_from(sorted(originals)).flatmap(kinds)
+    run(tallies, "files of a runs folder", number, inputs, read, tmp_path)

@@ -44,9 +44,7 @@ def test_means_are_exact_for_lines_between_uneven_samples():
     angle[[0, -1]] = 0.0, 8.0
     window = choose_window(angle, [np.ones_like(angle)], PITCH)
     assert_allclose(window.mean(angle, 3.0 * angle - 1.0), 1.5 * (window.begin + window.end) - 1.0)
-    assert_allclose(
-        window.pitch_means(angle, angle), 0.5 * (window.edges[1:] + window.edges[:-1])
-    )
+    assert_allclose(window.pitch_means(angle, angle), 0.5 * (window.edges[1:] + window.edges[:-1]))
     assert_allclose(window.change(angle, 2.0 * angle), 2.0 * (window.end - window.begin))
 
 

@@ -71,6 +71,7 @@ FILES = (
         for name in ("attempts.json", "series.csv", "log.rotate", "mill.1.restart")
     ),
 )
+QUICK = ("pipe", "brackets", "large")
 COMMANDS = (("status",), ("verify",), ("report",), ("run", "--dry-run"))
 
 
@@ -125,7 +126,10 @@ def check(done, took):
 
 
 @pytest.mark.parametrize("file", FILES)
-@pytest.mark.parametrize("kind", HOSTILE)
+@pytest.mark.parametrize(
+    "kind",
+    [x if x in QUICK else pytest.param(x, marks=pytest.mark.validate) for x in HOSTILE],
+)
 def test_commands_that_read_answer_in_a_line(begun_once, tmp_path, monkeypatch, kind, file):
     monkeypatch.setattr("mill_analysis.build_report", lambda runs: results_of(runs))
     shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
