@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdio>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "geometry/vector.h"
 #include "liner/nearest.h"
@@ -99,6 +101,12 @@ class WallGuard {
            " of its radius, the limit is " + format(limit_);
   }
 
+  /// Whether a point is beyond the liner or in the outer fifth of the mill.
+  bool near(liner::Point p) const
+  {
+    return !(p.x * p.x + p.z * p.z < 0.64 * liner_.radius() * liner_.radius());
+  }
+
   /// The part of the liner nearest to a point.
   std::string where(liner::Point p) const
   {
@@ -138,15 +146,71 @@ inline std::string text(const Vector& v)
   return "(" + format(v[0]) + ", " + format(v[1]) + ", " + format(v[2]) + ")";
 }
 
-/// The whole sentence: who, what, when, where, and what to do next.
-inline std::string report(const Suspect& ball, const std::string& fault, long step,
-                          const std::string& near_wall)
+/// What may be behind a fault, as far as the rank that found it knows.
+struct Circumstances {
+  bool walls = true;           ///< there are any
+  bool compared = true;        ///< the wall is that of the mill
+  bool past_open_end = false;  ///< the ball is, on the axis, where no wall closes the mill
+  bool hole = false;           ///< the mesh has no triangle in the direction of the ball
+  double wobble = 0.0;         ///< of the mesh, in radii of the mill
+  double bed_overlap = 0.0;    ///< of balls that carry a bed as deep as the radius, in ball radii
+  double step = 0.0;           ///< in Rayleigh times of the ball; 0: not known
+};
+
+inline std::string about(double x)
 {
+  char words[32];
+  std::snprintf(words, sizeof words, "%.2g", x);
+  return words;
+}
+
+/// Causes with what to do about each, the likeliest first: what is missing or does not fit, then
+/// what is beyond its usual measure, farthest first. The words `overlap`, `outside` and the like
+/// name the fault itself and stay out of here, for those who search the sentence for them.
+inline std::vector<std::string> causes(const Circumstances& c)
+{
+  std::vector<std::string> found;
+  const auto add = [&found](bool so, const std::string& words) {
+    if (so) found.push_back(words);
+  };
+  add(!c.walls, "no wall holds the balls (fix wall/mill, or fix wall/gran with the mesh)");
+  add(c.past_open_end,
+      "no wall closes this end of the mill (`ends` of fix wall/mill, an end in the mesh, or a box "
+      "that is periodic along the axis)");
+  add(c.hole, "a hole in the mesh: in this direction from the axis it has no triangle");
+  add(!c.compared,
+      "a mesh of another radius than the mill's (name it as `mesh` of fix mill/similarity, which "
+      "compares them)");
+  add(c.wobble > 1e-3, "a mesh that wobbles by " + about(c.wobble) +
+                           " of the radius (`origin` of fix mill/similarity)");
+  constexpr double usual_overlap = 0.05, usual_step = 0.2;
+  const std::string soft = "a soft material, in whose bed balls sink " + about(c.bed_overlap) +
+                           " radii into each other, usual is up to " + about(usual_overlap) +
+                           " (a larger youngsModulus)";
+  const std::string step =
+      (c.step > 0.0 ? "the time step, " + about(c.step) + " Rayleigh times, usual is up to " +
+                          about(usual_step)
+                    : std::string("the time step")) +
+      " (a shorter timestep)";
+  const bool is_soft = c.bed_overlap > usual_overlap;
+  const bool soft_first = c.bed_overlap / usual_overlap > c.step / usual_step;
+  add(is_soft && soft_first, soft);
+  found.push_back(step);
+  add(is_soft && !soft_first, soft);
+  return found;
+}
+
+/// The whole sentence: who, what, when, where, and what may be behind it.
+inline std::string report(const Suspect& ball, const std::string& fault, long step,
+                          const std::string& near_wall, const std::vector<std::string>& causes)
+{
+  std::string list;
+  for (const std::string& cause : causes) list += (list.empty() ? "" : "; ") + cause;
   return "fix mill/guard: ball " + std::to_string(ball.id) + " " + fault + "; step " +
          std::to_string(step) + ", position " + text(ball.position) + " m, speed " +
          format(std::sqrt(dot(ball.velocity, ball.velocity))) + " m/s, force " +
          format(std::sqrt(dot(ball.force, ball.force))) + " N, nearest wall " + near_wall +
-         "; take a shorter time step or a stiffer material, or see docs/hard-cases.md";
+         "; likeliest first: " + list + "; see docs/hard-cases.md";
 }
 
 }  // namespace millscale::charge

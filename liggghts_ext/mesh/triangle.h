@@ -43,6 +43,33 @@ inline Vector normal(const Triangle& t)
   return cross(a, b);
 }
 
+/// Whether the ray from the axis through a point, perpendicular to the axis, meets a triangle; also
+/// true for a point on the axis.
+inline bool in_direction(const Triangle& t, const Axis& axis, const Vector& point)
+{
+  const Vector ray = axis.radial(point);
+  if (dot(ray, ray) == 0.0) return true;
+  const Vector n = normal(t);
+  Vector foot, way;
+  for (int d = 0; d < 3; ++d) {
+    foot[d] = point[d] - ray[d];
+    way[d] = t[0][d] - foot[d];
+  }
+  const double along = dot(n, way) / dot(n, ray);
+  if (!(along > 0.0 && std::isfinite(along))) return false;
+  Vector met;
+  for (int d = 0; d < 3; ++d) met[d] = foot[d] + along * ray[d];
+  for (int i = 0; i < 3; ++i) {
+    Vector edge, to;
+    for (int d = 0; d < 3; ++d) {
+      edge[d] = t[(i + 1) % 3][d] - t[i][d];
+      to[d] = met[d] - t[i][d];
+    }
+    if (dot(cross(edge, to), n) < -1e-9 * dot(n, n)) return false;
+  }
+  return true;
+}
+
 /// Sums of areas and of their first moments, which ranks can add up.
 struct AreaSums {
   double area = 0.0;  ///< [m^2]

@@ -4,15 +4,20 @@
 
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 
 #include "argument_list.h"
 #include "atom.h"
 #include "comm.h"
+#include "contact/time_step.h"
 #include "domain.h"
 #include "end_run.h"
 #include "error.h"
+#include "first_fix.h"
 #include "fix_mill_similarity.h"
+#include "fix_property_global.h"
+#include "fix_wall_mill.h"
 #include "force.h"
 #include "liner_arguments.h"
 #include "modify.h"
@@ -24,6 +29,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 namespace charge = millscale::charge;
+namespace contact = millscale::contact;
 namespace liner = millscale::liner;
 using millscale::Vector;
 
@@ -233,10 +239,52 @@ liner::Point FixMillGuard::at_rest(int i) const
           -(below * mill_.cosine + ahead * mill_.sine)};
 }
 
+/// Without a collective: the other ranks do not know of the fault.
+charge::Circumstances FixMillGuard::circumstances_of(int i) const
+{
+  charge::Circumstances found;
+  const Vector x = vector_of(atom->x[i]);
+  const auto* analytic = first_fix<FixWallMill>(modify);
+  const bool meshes = modify->n_fixes_style("wall/gran") > 0;
+  const bool turned = !mill_fix_->meshes().empty();
+  found.walls = analytic || meshes;
+  found.compared = analytic || turned || !meshes;
+  found.wobble = mill_fix_->wobble();
+  found.past_open_end = turned ? mill_fix_->past_mesh_end(x)
+                               : analytic && !analytic->has_ends() && past_end_of_box(x);
+  found.hole =
+      turned && !found.past_open_end && wall_->near(at_rest(i)) && !mill_fix_->mesh_in_direction(x);
+  const auto property = [&](const char* name) -> std::optional<double> {
+    auto* fix = dynamic_cast<FixPropertyGlobal*>(modify->find_fix_property(
+        name, "property/global", "peratomtype", atom->ntypes, 0, style, false));
+    if (!fix) return std::nullopt;
+    return fix->compute_vector(atom->type[i] - 1);
+  };
+  const auto modulus = property("youngsModulus"), ratio = property("poissonsRatio");
+  if (!modulus || !ratio) return found;
+  const double radius = atom->radius[i];
+  const double volume = 4.0 / 3.0 * contact::pi * radius * radius * radius;
+  const contact::Material material{*modulus, *ratio, atom->rmass[i] / volume};
+  found.step = update->dt / contact::rayleigh_time(material, radius);
+  found.bed_overlap =
+      contact::bed_overlap(material, mill_fix_->gravity(), mill_fix_->scaled().mill.radius);
+  return found;
+}
+
+bool FixMillGuard::past_end_of_box(const Vector& x) const
+{
+  for (int d = 0; d < 3; ++d)
+    if (std::abs(mill_fix_->axis()[d]) > 0.5 &&
+        (x[d] < domain->boxlo[d] || x[d] >= domain->boxhi[d]))
+      return true;
+  return false;
+}
+
 void FixMillGuard::stop(int i, const std::string& fault) const
 {
   const charge::Suspect ball{atom->tag[i], vector_of(atom->x[i]), vector_of(atom->v[i]),
                              vector_of(atom->f[i])};
-  millscale::EndRun(lmp).because(
-      charge::report(ball, fault, static_cast<long>(update->ntimestep), wall_->where(at_rest(i))));
+  millscale::EndRun(lmp).because(charge::report(ball, fault, static_cast<long>(update->ntimestep),
+                                                wall_->where(at_rest(i)),
+                                                charge::causes(circumstances_of(i))));
 }

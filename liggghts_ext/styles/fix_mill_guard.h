@@ -41,6 +41,8 @@ class FixMillGuard : public Fix {
   void check_overlaps() const;
   void check_pairs_of(int i, const int* others, int count) const;
   millscale::liner::Point at_rest(int i) const;
+  millscale::charge::Circumstances circumstances_of(int i) const;
+  bool past_end_of_box(const millscale::Vector& x) const;
   [[noreturn]] void stop(int i, const std::string& fault) const;
 
   std::string mill_id_;

@@ -82,7 +82,7 @@ void FixMillSimilarity::check_meshes_are_there() const
                                   "after it, without `unfix` of the mesh alone");
 }
 
-void FixMillSimilarity::check_meshes() const
+void FixMillSimilarity::check_meshes()
 {
   if (meshes_.empty()) return;
   for (std::size_t m = 0; m < meshes_.size(); ++m) check_curvature(*meshes_[m], mesh_ids_[m]);
@@ -125,15 +125,16 @@ double FixMillSimilarity::wobble_of_meshes() const
   return std::sqrt(millscale::dot(off, off)) / scaled_.mill.radius;
 }
 
-void FixMillSimilarity::check_centre() const
+void FixMillSimilarity::check_centre()
 {
-  const double wobble = wobble_of_meshes();
+  const double wobble = wobble_ = wobble_of_meshes();
   if (wobble <= usual_wobble) return;
   const std::string found = "the centre of the meshes' area is " +
                             about(wobble * scaled_.mill.radius) + " m off the axis, " +
                             about(wobble) + " of the scaled mill's radius (f_ID[14])";
-  const std::string advice = "give `origin " + about(centre_of_meshes()) +
-                             "`, or check axis, and move and scale of fix mesh/surface";
+  const std::string advice =
+      "give `origin " + about(centre_of_meshes()) +
+      "`, or check axis, move and scale of fix mesh/surface, and the mesh for missing parts";
   if (wobble > tolerance)
     throw std::invalid_argument("origin: " + found + ", accepted is " + about(tolerance) + "; " +
                                 advice);
@@ -141,7 +142,7 @@ void FixMillSimilarity::check_centre() const
        advice);
 }
 
-void FixMillSimilarity::check_radius() const
+void FixMillSimilarity::check_radius()
 {
   const mesh::Axis axis{axis_, origin_};
   double ends[2] = {INFINITY, INFINITY};  // lower, and minus the upper
@@ -152,7 +153,9 @@ void FixMillSimilarity::check_radius() const
         ends[1] = std::min(ends[1], -axis.along(node));
       }
   MPI_Allreduce(MPI_IN_PLACE, ends, 2, MPI_DOUBLE, MPI_MIN, world);
-  mesh::WallAround around(axis, ends[0], -ends[1]);
+  mesh_low_ = ends[0];
+  mesh_high_ = -ends[1];
+  mesh::WallAround around(axis, mesh_low_, mesh_high_);
   for (FixMeshSurface* fix : meshes_)
     for (const mesh::Triangle& t : triangles_of(*fix)) around.add(t);
   std::vector<double>& nearest = around.nearest();
@@ -170,6 +173,21 @@ void FixMillSimilarity::check_radius() const
   if (around.open() > 0.0)
     warn("mesh: from the axis no wall is seen in " + about(100.0 * around.open()) +
          " % of the directions; if the liner has no openings, check mesh, axis and origin");
+}
+
+bool FixMillSimilarity::past_mesh_end(const Vector& point) const
+{
+  const double along = mesh::Axis{axis_, origin_}.along(point);
+  return along < mesh_low_ || along > mesh_high_;
+}
+
+bool FixMillSimilarity::mesh_in_direction(const Vector& point) const
+{
+  const mesh::Axis axis{axis_, origin_};
+  for (FixMeshSurface* fix : meshes_)
+    for (const mesh::Triangle& t : triangles_of(*fix))
+      if (mesh::in_direction(t, axis, point)) return true;
+  return false;
 }
 
 void FixMillSimilarity::warn(const std::string& message) const

@@ -41,6 +41,7 @@ class FixWallMill : public FixPerBallRows {
 
   const std::string& mill_id() const { return mill_id_; }
   const millscale::liner::Widths& widths() const { return widths_; }
+  bool has_ends() const { return ends_.has_value(); }
 
   /// Torque on what turns with the mill about its origin at the last evaluation of the forces, this
   /// rank's share [N m].

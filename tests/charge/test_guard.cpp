@@ -90,14 +90,63 @@ TEST(Guard, NothingTouchesAtAPlaceThatIsNoNumber)
     EXPECT_EQ(liner::touches(liner, {nan, 0.1}, 0.01 * liner.radius()).count, 0);
 }
 
-TEST(Guard, TheReportNamesBallStepPlaceAndWhatToDo)
+TEST(Guard, TheReportNamesBallStepPlaceAndCauses)
 {
   const std::string said = charge::report({17, {1.0, 2.0, 3.0}, {3.0, 4.0, 0.0}, {0.0, 6.0, 8.0}},
-                                          "is green", 1200, "groove 3");
+                                          "is green", 1200, "groove 3", {"paint", "moss"});
   EXPECT_EQ(said,
             "fix mill/guard: ball 17 is green; step 1200, position (1, 2, 3) m, speed 5 m/s, "
-            "force 10 N, nearest wall groove 3; take a shorter time step or a stiffer material, "
-            "or see docs/hard-cases.md");
+            "force 10 N, nearest wall groove 3; likeliest first: paint; moss; see "
+            "docs/hard-cases.md");
+}
+
+TEST(Guard, CausesBeginWithWhatIsMissing)
+{
+  charge::Circumstances c;
+  c.step = 0.05;
+  c.bed_overlap = 0.01;
+  ASSERT_EQ(charge::causes(c).size(), 1u);
+  EXPECT_EQ(charge::causes(c)[0],
+            "the time step, 0.05 Rayleigh times, usual is up to 0.2 (a shorter timestep)");
+  c.walls = c.compared = false;
+  c.past_open_end = c.hole = true;
+  c.wobble = 0.03;
+  c.bed_overlap = 0.1;
+  const std::vector<std::string> found = charge::causes(c);
+  ASSERT_EQ(found.size(), 7u);
+  const char* const begin[] = {"no wall holds the balls",
+                               "no wall closes this end",
+                               "a hole in the mesh",
+                               "a mesh of another radius",
+                               "a mesh that wobbles by 0.03 of the radius",
+                               "a soft material, in whose bed balls sink 0.1 radii",
+                               "the time step, 0.05 Rayleigh times"};
+  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_EQ(found[i].rfind(begin[i], 0), 0u);
+}
+
+TEST(Guard, OfMaterialAndStepTheOneFartherFromItsUsualMeasureComesFirst)
+{
+  for (const double step : {0.1, 0.3, 0.6}) {
+    charge::Circumstances c;
+    c.step = step;
+    c.bed_overlap = 0.1;  // twice the usual; 0.6 is three times the usual
+    EXPECT_EQ(charge::causes(c)[0].rfind("the time step", 0) == 0, step > 0.5);
+  }
+  EXPECT_EQ(charge::causes({})[0], "the time step (a shorter timestep)");  // nothing is known
+}
+
+TEST(Guard, NoCauseNamesAnotherFault)
+{
+  // mill_campaign/failures classifies the sentence by these words.
+  charge::Circumstances c;
+  c.walls = c.compared = false;
+  c.past_open_end = c.hole = true;
+  c.wobble = 0.03;
+  c.bed_overlap = 0.1;
+  c.step = 0.05;
+  for (const std::string& cause : charge::causes(c))
+    for (const char* word : {"overlap", "outside", "faster", "left", "lost", "finite", "nan"})
+      EXPECT_EQ(cause.find(word), std::string::npos) << cause;
 }
 
 }  // namespace

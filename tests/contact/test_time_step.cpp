@@ -160,4 +160,15 @@ TEST(TimeStep, RefusesImpossibleInput)
   EXPECT_THROW(rayleigh_time({6e7, 0.3, -1.0}, 0.02), std::invalid_argument);
 }
 
+TEST(TimeStep, ABedSinksIntoItselfByTheWeightAbove)
+{
+  // The paper's S = 2.6 mill: 0.16 mm of 20 mm balls.
+  EXPECT_NEAR(bed_overlap({5.98e7, 0.3, 2678.0}, 9.81, 1.5) * 20.0, 0.16, 0.005);
+  // An eighth of the modulus is four times the overlap.
+  EXPECT_NEAR(
+      bed_overlap({1e7, 0.3, 7800.0}, 9.81, 1.0) / bed_overlap({8e7, 0.3, 7800.0}, 9.81, 1.0), 4.0,
+      1e-12);
+  EXPECT_THROW(bed_overlap({0.0, 0.3, 2678.0}, 9.81, 1.5), std::invalid_argument);
+}
+
 }  // namespace

@@ -137,6 +137,25 @@ TEST(Meshes, AHoleIsAsLargeAsItIs)
   EXPECT_EQ(around({}).radius(), 0.0);
 }
 
+TEST(Meshes, ADirectionHasAWallIfTheRayMeetsATriangle)
+{
+  const Mesh mesh = wall(std::vector<double>(36, 0.3));
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> angle(-pi, pi), height(0.01, 0.99), distance(0.01, 0.9);
+  for (int k = 0; k < 500; ++k) {
+    const double a = angle(random), r = distance(random);
+    const Vector p{r * std::cos(a), height(random), r * std::sin(a)};
+    const auto hit = [&](const Triangle& t) { return in_direction(t, y_axis, p); };
+    EXPECT_GE(std::count_if(mesh.begin(), mesh.end(), hit), 1);
+    EXPECT_LE(std::count_if(mesh.begin(), mesh.end(), hit), 2);  // on an edge
+    const Vector past{p[0], 1.5, p[2]}, other_side{-p[0], p[1], -p[2]};
+    for (const Triangle& t : mesh) {
+      EXPECT_FALSE(in_direction(t, y_axis, past));
+      EXPECT_FALSE(hit(t) && in_direction(t, y_axis, other_side));
+    }
+  }
+}
+
 TEST(Meshes, TheCentreOfTheAreaDoesNotDependOnTheTriangles)
 {
   Mesh mesh = wall(std::vector<double>(24, 0.3), 0.5, 0.2);

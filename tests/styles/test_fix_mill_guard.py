@@ -1,6 +1,8 @@
 """fix mill/guard: a run that goes wrong stops with the ball and the reason, before the engine loses
 anything; a run that does not is not changed."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -153,6 +155,79 @@ def test_a_ball_alone_needs_no_pair_style(tmp_path):
     deck = _deck(tmp_path, [AIR], wall="analytic")
     deck = deck.replace(STOCK_CONTACTS, "atom_modify sort 0 0.0").replace("pair_coeff      * *", "")
     assert run(tmp_path, deck + "\nrun 100\n").code == 0
+
+
+def _causes(words):
+    return words.split("likeliest first: ")[1].split("; see docs/hard-cases.md")[0].split("; ")
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_mill_without_a_wall_or_an_end_is_named_first(tmp_path, ranks):
+    fall = "velocity all set 0 3 -3\n"
+    deck = _deck(tmp_path, [AIR], fall, f"{GUARD} every 1", wall="analytic")
+    open_end = deck.replace("boundary        f p f", "boundary        f f f")
+    causes = _causes(_stopped(tmp_path, open_end, 2000, ranks))
+    assert causes[0].startswith("no wall closes this end of the mill (`ends` of fix wall/mill")
+    assert len(causes) == 2
+    deck = "".join(x for x in deck.splitlines(keepends=True) if not x.startswith("fix liner"))
+    causes = _causes(_stopped(tmp_path, deck, 20000, ranks))
+    assert causes[0].startswith("no wall holds the balls")
+    assert causes[1].startswith("the time step, ")
+
+
+def test_a_soft_material_and_a_long_step_are_given_with_their_numbers(tmp_path):
+    pair = [AIR, [AIR[0] + 0.0299, *AIR[1:]]]
+    # By hand: 1.06 (rho g R / E)^(2/3) and dt over pi a sqrt(rho / G) / (0.1631 nu + 0.8766).
+    soft = 1.06 * (2678 * 9.81 * RADIUS / 6e4) ** (2 / 3)
+    rayleigh = math.pi * 0.02 * math.sqrt(2678 * 2.6 / 5.98e7) / (0.1631 * 0.3 + 0.8766)
+    deck = _deck(tmp_path, pair, wall="analytic", youngs_modulus=6e4)
+    deck = deck.replace("units           si", "units si\nsoft_particles yes")
+    causes = _causes(_stopped(tmp_path, deck, 0))
+    assert causes[0].startswith(f"a soft material, in whose bed balls sink {soft:.2g} radii")
+    assert causes[1].startswith("the time step, ")
+    for dt in (0.1 * rayleigh, 0.4 * rayleigh):
+        (cause,) = _causes(_stopped(tmp_path, _deck(tmp_path, pair, wall="analytic", dt=dt), 0))
+        assert cause.startswith(f"the time step, {dt / rayleigh:.2g} Rayleigh times")
+
+
+def _mesh_deck(folder):
+    """A ball that flies to the wall in the direction -x, of a drum as a mesh."""
+    folder.mkdir(exist_ok=True)
+    deck = mill_deck(
+        folder,
+        np.array([[-1.3, SLICE / 2, 0.003]]),
+        S,
+        "constant-gravity",
+        lifters=0,
+        start="never",
+    )
+    return deck + "velocity all set -4 0 0\nfix guard all mill/guard mill mill every 1"
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_hole_in_the_mesh_is_named(tmp_path, ranks):
+    deck = _mesh_deck(tmp_path)
+    assert run(tmp_path, deck + "\nrun 2000\n", ranks).code == 0
+    path = tmp_path / "liner.stl"
+    head, *triangles = path.read_text().split("facet normal")
+    places = [np.array([x.split()[1:] for x in t.splitlines() if "vertex" in x], float)
+              for t in triangles]  # fmt: skip
+    ahead = [np.hypot(t[:, 0].mean() + RADIUS, t[:, 2].mean()) < 0.1 for t in places]
+    assert 0 < sum(ahead) < 0.05 * len(triangles)
+    kept = [t for t, gone in zip(triangles, ahead, strict=True) if not gone]
+    path.write_text("facet normal".join([head, *kept]))
+    causes = _causes(_stopped(tmp_path, deck, 2000, ranks))
+    assert causes[0].startswith("a hole in the mesh: in this direction from the axis")
+    assert causes[1].startswith("a mesh that wobbles by 0.0")
+
+
+def test_a_mesh_that_the_mill_does_not_turn_is_named(tmp_path):
+    deck = _mesh_deck(tmp_path).replace("start never mesh liner", "start never")
+    deck = deck.replace("liner.stl type 2", "liner.stl type 2 scale 1.5")
+    deck = deck.replace(f"block -{1.02 * RADIUS!r} {1.02 * RADIUS!r}", "block -3 3")
+    deck = deck.replace(f"-{1.02 * RADIUS!r} {1.02 * RADIUS!r} units", "-3 3 units")
+    causes = _causes(_stopped(tmp_path, deck, 4000))
+    assert causes[0].startswith("a mesh of another radius than the mill's (name it as `mesh` of")
 
 
 WRONG = [
