@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -20,6 +19,7 @@ from mill_campaign.resume import RESTART_FILES, Run, begin, look
 from mill_campaign.timing import Before, timing_record
 from mill_runs.current import unfinished
 from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
+from mill_runs.writing import write_json
 
 if TYPE_CHECKING:
     from liner_mesh import LinerMesh, LintReport
@@ -69,7 +69,7 @@ def mesh(task: Task) -> None:
     report = lint(surface, liner, length, wall["chord_error_m"], for_engine=meshed)
     if meshed:
         _check_mesh(surface, report, wall["curvature_deg"])
-    _write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
+    write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
     write_stl(task.part / "liner.stl", surface)
     if task.case["kind"] == "multi-ball":
         write_vtp(task.part / "liner.vtp", surface)
@@ -107,7 +107,7 @@ def deck(task: Task) -> None:
 
 
 def rotate(task: Task) -> None:
-    _write_json(task.part / task.stage.products[-1], engine(task))
+    write_json(task.part / task.stage.products[-1], engine(task))
 
 
 def engine(task: Task) -> dict:
@@ -214,7 +214,7 @@ def settle(task: Task) -> None:
         record = engine(task)
         for name in RESTART_FILES:
             (task.part / name).unlink(missing_ok=True)
-        _write_json(task.part / products[-1], record | _bed_record(task))
+        write_json(task.part / products[-1], record | _bed_record(task))
         # A full disk cuts a file without an error of the engine.
         read_restart(task.part / products[0])
         if shared:
@@ -251,14 +251,7 @@ def _bed_record(task: Task) -> dict:
 def result(task: Task) -> None:
     from mill_analysis import analyse_case
 
-    _write_json(task.part / RESULT_FILE, analyse_case(task.folder))
-
-
-def _write_json(path: Path, content: dict) -> None:
-    """Under another name first: a product that is there is complete."""
-    copy = path.with_name(f"{path.name}.part")
-    copy.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n")
-    copy.replace(path)
+    write_json(task.part / RESULT_FILE, analyse_case(task.folder))
 
 
 WORK: dict[str, Callable[[Task], None]] = {

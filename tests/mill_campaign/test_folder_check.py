@@ -2,10 +2,12 @@
 
 import json
 import os
+import shutil
 
 import pytest
 from small_campaign import CHARGE, SINGLE_BALLS
 
+from mill_analysis import build_report, report
 from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
 from mill_campaign.parameters import parameters_text
@@ -35,16 +37,27 @@ def victim(tmp_path):
         f"cases/{BALL}/rotate.part/dump/charge.000000000.liggghts",
         f"cases/{BALL}/a/b/c/d/e/f/g/h",
         ".snakemake/log/a/b/c",
+        f"cases/{CHARGE}/dump",
+        f"cases/{BALL}/rotate.part",
         "settled/0123456789abcdef",
+        "settled",
+        ".jobs",
+        "predicted.json",
+        "campaign.json.part",
+        "campaign.toml",
+        "report",
     ],
 )
-def test_a_link_to_outside_is_refused_and_its_target_stays(finished, victim, place):
+@pytest.mark.parametrize("command", ["run", "generate"])
+def test_a_link_to_outside_is_refused_and_its_target_stays(finished, victim, place, command):
     (finished.case(BALL) / "result.json").unlink()
     link = finished.runs / place
+    if link.is_dir():
+        shutil.rmtree(link)
     link.unlink(missing_ok=True)
     link.parent.mkdir(parents=True, exist_ok=True)
     link.symlink_to(victim)
-    done = finished("run")
+    done = finished(command)
     text = done.stdout + done.stderr
     assert done.returncode in (1, 2) and f"{link.name}: is a link to {victim}" in text
     assert victim.read_text() == "precious" and link.is_symlink()
@@ -136,3 +149,29 @@ def test_a_case_id_that_brings_a_line_is_refused(finished):
     file.write_text(json.dumps(document | {"id": "sb\nshell touch escaped"}))
     with pytest.raises(CampaignError, match="id: got"):
         Case.load(file)
+
+
+@pytest.mark.parametrize("name", ["report", "report.part"])
+def test_a_report_replaces_a_link_of_its_name_and_what_it_leads_to_stays(
+    finished, tmp_path, monkeypatch, name
+):
+    (elsewhere := tmp_path / "elsewhere").mkdir()
+    (elsewhere / "results.json").write_text("precious")
+    (finished.runs / name).symlink_to(elsewhere)
+    monkeypatch.setattr(report, "_page", lambda campaign, folder: "page")
+    monkeypatch.setattr(report, "load_campaign", lambda runs: Nothing(runs))
+    build_report(finished.runs)
+    assert [x.name for x in elsewhere.iterdir()] == ["results.json"]
+    assert (elsewhere / "results.json").read_text() == "precious"
+    assert (finished.runs / "report" / "index.html").read_text() == "page"
+    assert not (finished.runs / "report").is_symlink()
+
+
+class Nothing:
+    """A campaign with a case and without numbers."""
+
+    def __init__(self, runs):
+        self.runs, self.single, self.charges = runs, [1], []
+
+    def results(self):
+        return {}

@@ -13,6 +13,8 @@ import pytest
 from small_campaign import CHARGE, SINGLE_BALLS
 from small_command import small
 
+from mill_campaign import stage_record
+
 BALL, OTHER = SINGLE_BALLS
 # Asked of a free machine; tests run beside others.
 WITHIN_S = 2.0
@@ -142,6 +144,64 @@ def test_commands_that_read_answer_in_a_line(begun_once, tmp_path, monkeypatch, 
         check(done, time.monotonic() - begin)
     after = [x for x in tmp_path.rglob("*") if x.name != ".digests"]
     assert sorted(after) == [x for x in before if x.name != ".digests"]
+
+
+@pytest.mark.parametrize("file", [*FILES, "settled"])
+@pytest.mark.parametrize(
+    "kind",
+    [x if x == "pipe" else pytest.param(x, marks=pytest.mark.validate) for x in HOSTILE],
+)
+def test_a_run_refuses_or_makes_anew_in_a_line(begun_once, tmp_path, kind, file):
+    shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
+    command = small(tmp_path)
+    put(HOSTILE[kind], command.runs / file)
+    begin = time.monotonic()
+    done = command("run")
+    refused = done.returncode == 2
+    check(done, time.monotonic() - begin if refused else 0.0)
+    if kind in ("pipe", "socket", "device"):
+        assert refused
+
+
+@pytest.mark.parametrize("process", [-1, 0, (1 << 22) + 1, 1 << 31, 10**18, True, "1", 1.5, None])
+def test_a_process_that_is_none_is_asked_nothing(begun_once, tmp_path, monkeypatch, process):
+    shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
+    command = small(tmp_path)
+    file = command.case(OTHER) / "stage.json"
+    file.write_text(
+        json.dumps(json.loads(file.read_text()) | {"process": process, "state": "running"})
+    )
+    asked = []
+    monkeypatch.setattr(stage_record.psutil, "Process", lambda number: asked.append(number))
+    done = command("status", "--json")
+    check(done, 0.0)
+    assert asked == []
+    assert {x["state"] for x in json.loads(done.stdout)} >= {"done"}
+
+
+def test_a_damaged_case_is_shown_beside_the_others(begun_once, tmp_path):
+    shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
+    command = small(tmp_path)
+    (command.case(BALL) / "case.json").write_text("[" * 200_000)
+    rows = {x["id"]: x for x in json.loads(command("status", "--json").stdout)}
+    assert (rows[BALL]["state"], rows[BALL]["failure"]) == ("damaged", "damaged file")
+    assert "case.json: not valid JSON (nested too deep)" in rows[BALL]["problem"]
+    assert (rows[OTHER]["state"], rows[CHARGE]["state"]) == ("interrupted", "done")
+    text = command("status").stdout
+    assert f"{BALL}: damaged: damaged file: case.json: not valid JSON" in " ".join(text.split())
+
+
+def test_what_a_terminal_obeys_is_not_printed(begun_once, tmp_path):
+    shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
+    command = small(tmp_path)
+    other = command.case(OTHER)
+    record = json.loads((other / "stage.json").read_text())
+    record |= {"state": "failed", "cause": "\x1b[2J\x9b1m", "advice": "\x07", "log": "\x1b]0;x\x07"}
+    (other / "stage.json").write_text(json.dumps(record))
+    (other / "a\x1b[31m.in").write_text("x")
+    (command.runs / "log.workflow").write_text("\x1b[2J")
+    for words in (("status",), ("verify",), ("run", "--dry-run")):
+        check(command(*words), 0.0)
 
 
 def results_of(runs):

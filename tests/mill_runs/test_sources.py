@@ -1,0 +1,63 @@
+"""Rules for all Python sources about files."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCES = [
+    path
+    for folder in ("scripts", "analysis", "meshes")
+    for path in sorted((ROOT / folder).rglob("*.py"))
+    # Decks of other engines, which run without this package.
+    if "decks" not in path.parts
+]
+
+
+def calls(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute | ast.Name):
+            of_name = isinstance(node.func, ast.Name)
+            name = node.func.id if of_name else node.func.attr
+            owner = "" if of_name else ast.unparse(node.func.value)
+            yield node, owner, name
+
+
+def in_the_locales_encoding(node, owner, name):
+    """Whether a call reads or writes text in an encoding that depends on the machine."""
+    given = {x.arg for x in node.keywords}
+    if given & {"encoding", None}:
+        return False
+    if name in ("read_text", "write_text"):
+        return bool(owner)
+    if name == "open" and owner != "os":
+        words = [x.value for x in node.args if isinstance(x, ast.Constant)]
+        return not any("b" in str(word) for word in words)
+    return bool({x.arg for x in node.keywords if x.arg in ("text", "universal_newlines")})
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_encoding_is_that_of_the_locale(path):
+    found = [ast.unparse(x[0]) for x in calls(path) if in_the_locales_encoding(*x)]
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("path.read_text()", True),
+        ("path.read_text(encoding='utf-8')", False),
+        ("(a / b).write_text(x)", True),
+        ("write_text(path, x)", False),
+        ("path.open()", True),
+        ("path.open('w')", True),
+        ("path.open('wb')", False),
+        ("open(x)", True),
+        ("os.open(x, 1)", False),
+        ("subprocess.run(x, text=True)", True),
+    ],
+)
+def test_the_rule_sees_what_it_is_there_for(tmp_path, text, found):
+    (tmp_path / "a.py").write_text(text)
+    assert [in_the_locales_encoding(*x) for x in calls(tmp_path / "a.py")][:1] == [found]
