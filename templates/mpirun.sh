@@ -8,6 +8,7 @@
 #   sh mpirun.sh OPTION ...         options for mpirun, such as --oversubscribe
 # Repeat the command to go on with a run that was ended early. The lines it runs:
 @lines@
+# `millscale status`, `run` and `report` use what it makes: docs/files.md, "Run by hand".
 set -eu
 
 ranks=${RANKS:-@ranks@}
@@ -104,7 +105,7 @@ if command -v flock >/dev/null; then
     # The lock of millscale run. The engine inherits it.
     exec 9>>.millscale.lock
     flock -n 9 || stop "another run is in this folder: $(cat .millscale.lock)"
-    echo "process $$ on $(uname -n) since $(date '+%Y-%m-%d %H:%M:%S')" >.millscale.lock
+    echo "process $$ on $(uname -n) since $(date '+%Y-%m-%d %H:%M:%S') by mpirun.sh" >.millscale.lock
 fi
 # Steps of the engine at the begin and the end of the rotation.
 first=$(value settle_steps)

@@ -217,11 +217,15 @@ def time_part(campaign: Campaign, model: Model, step: Step) -> Part:
 
 
 def output_part(study: Study, model: Model, time: Part) -> Part:
-    """Steps between outputs, from mill angles; `thermo_steps` feeds the progress display."""
+    """Steps between outputs, from mill angles; `thermo_steps` feeds the progress display.
+
+    Lines of the engine's log are at steps of the series, so that the two can be compared.
+    """
     turn = model.scaled.mill.omega * time["step_s"]
+    sample_steps = max(1, round(study.sample_angle / turn))
     return {
-        "thermo_steps": max(1, time["steps"] // THERMO_LINES),
-        "sample_steps": max(1, round(study.sample_angle / turn)),
+        "thermo_steps": sample_steps * max(1, time["steps"] // (THERMO_LINES * sample_steps)),
+        "sample_steps": sample_steps,
         "dump_angle_rad": study.dump_angle,
         "dump_steps": max(1, round(study.dump_angle / turn)),
         "restart_angle_rad": study.restart_angle,

@@ -95,8 +95,8 @@ def generate(file: Campaign, runs: RunsOption) -> None:
     from mill_campaign.display import counting
     from mill_campaign.folder_lock import hold
     from mill_campaign.generate import generate as write_cases
-    from mill_campaign.prepare import prepare
     from mill_campaign.run_command import request
+    from mill_campaign.without_engine import prepare
 
     asked = request(file, runs, [], CoreWish())
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
@@ -242,10 +242,15 @@ def verify(runs: RunsArgument, as_json: Json = False) -> None:
 def report(runs: RunsArgument, as_json: Json = False) -> None:
     """Compare the finished cases: DIR/report/index.html, a page of its own, and results.json.
 
+    Cases that were run by hand are analysed first.
+
     Example: `millscale report runs/quick --json`
     """
     from mill_analysis import build_report
+    from mill_campaign.without_engine import finish
 
+    for line in finish(runs):
+        typer.echo(line, err=True)
     build_report(runs)
     folder = runs / "report"
     if as_json:

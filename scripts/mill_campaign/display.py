@@ -86,7 +86,8 @@ def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Ta
     for name in ("steps", "%", "simulated", "particle-steps/s", "left"):
         table.add_column(name, justify="right")
     for status in statuses:
-        state = Text(status.state, style=STATE_COLOURS[status.state])
+        mark = ", by hand" if status.by_hand else ""
+        state = Text(status.state + mark, style=STATE_COLOURS[status.state])
         table.add_row(status.id, state, status.stage, *_numbers(status))
     return table
 

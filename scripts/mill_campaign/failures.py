@@ -18,7 +18,7 @@ from mill_runs.untrusted import read_tail
 UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "time out"
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
 MISSING_LIBRARY, NOT_SETTLED, DOES_NOT_FIT = "missing library", "not settled", "does not fit"
-DAMAGED = "damaged file"
+DAMAGED, BY_HAND = "damaged file", "by hand"
 # Longest wall time of a stage [s]; `millscale run --time-limit` hands it down.
 TIME_LIMIT_VARIABLE = "MILLSCALE_TIME_LIMIT_S"
 # An engine that writes nothing for so long [s], and for the time of a few lines of its log, makes
@@ -73,6 +73,16 @@ _LISTED = (
 # Told by their words, in this order: the first that is found. A full disk or memory makes other
 # errors follow it, and a number that is not one makes balls go astray.
 CAUSES = (
+    Cause(
+        BY_HAND,
+        r"made by hand is not used: .*ends at step",
+        "sh mpirun.sh there goes on, or move what is named to another folder; run again",
+    ),
+    Cause(
+        BY_HAND,
+        r"made by hand is not used",
+        "move what is named to another folder, then run again",
+    ),
     Cause(
         DISK_FULL,
         r"No space left on device|Disk quota exceeded|File too large",

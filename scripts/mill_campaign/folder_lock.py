@@ -53,7 +53,7 @@ def _take(descriptor: int, folder: Path, wait: bool) -> None:
     while not _free(descriptor, wait):
         holder = os.pread(descriptor, _HOLDER_BYTES, 0).decode("utf-8", errors="replace")
         holder = holder or "another process"
-        if _is_gone(holder) and time.monotonic() < give_up:
+        if is_gone(holder) and time.monotonic() < give_up:
             time.sleep(0.1)
             continue
         raise CampaignError(
@@ -77,7 +77,7 @@ def _free(descriptor: int, wait: bool) -> bool:
         return False
 
 
-def _is_gone(holder: str) -> bool:
+def is_gone(holder: str) -> bool:
     """Whether the process that took the lock has ended, so that only its children hold it."""
     match = _HOLDER.match(holder)
     if not match or match[2] != socket.gethostname():

@@ -26,7 +26,7 @@ from mill_campaign.jobs import job_named, read_jobs
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
 from mill_runs.current import unfinished
-from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES
+from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES, Stage
 from mill_runs.terminal import escape_unencodable
 from mill_runs.untrusted import RunFolderError
 
@@ -35,18 +35,21 @@ FAILED = 1
 TOLD = 2  # the child has said what is wrong
 
 
-def bring(folder: Path, ranks: int) -> int:
+def bring(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage: False) -> int:
     """Run the stages a case still needs; returns the code of the last.
 
     Args:
         folder: case folder.
         ranks: MPI ranks, for the stages that run the engine.
+        stop: whether to end before a stage.
     """
     kind = read_case(folder / CASE_FILE)["kind"]
     for stage in STAGES[kind]:
         # Asked anew: an earlier stage may have made again the very files that this one has read.
         if all(left != stage for left, _ in unfinished(folder, kind)):
             continue
+        if stop(stage):
+            break
         limit_time()
         code = run_stage(folder, stage.name, ranks)
         if code:

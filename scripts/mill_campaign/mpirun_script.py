@@ -33,8 +33,11 @@ if [ -e series.csv ]; then
     of_this_case log.rotate || [ ! -e log.rotate ] ||
         stop "series.csv is there and log.rotate is not of this case: move both to begin anew"
     ! finished log.rotate ||
-        stop "series.csv is there and complete: move it to another folder to run again"
+        stop "series.csv is there and complete: move it and dump/* elsewhere to run again"
 else
+    for file in dump/*.liggghts; do
+        [ ! -e "$file" ] || stop "$file is there and no series.csv: move dump/* elsewhere"
+    done
     # They are of no rotation, or of one that has been moved.
     rm -f mill.1.restart mill.2.restart resume.restart
 fi

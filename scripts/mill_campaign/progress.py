@@ -43,13 +43,13 @@ def stage_steps(case: Case, stage: Stage) -> int:
     return case["time"]["settle_steps" if stage.name == "settle" else "steps"]
 
 
-def stage_progress(folder: Path, case: Case, stage: Stage) -> Progress:
+def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False) -> Progress:
     """How far an engine stage is that is running or has stopped on the way.
 
     Args:
-        folder: case folder; the stage works in its part folder.
+        folder: case folder; the stage works in its part folder, or by hand in the case folder.
     """
-    part = folder / f"{stage.name}.part"
+    part = folder if by_hand else folder / f"{stage.name}.part"
     attempts = read_attempts(part)
     begun = attempts.starts[-1].step - attempts.starts[0].step if attempts else 0
     if stage.name == "settle":

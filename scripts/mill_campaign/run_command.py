@@ -10,6 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from mill_campaign import by_hand_look
 from mill_campaign.case import Case, cases_of
 from mill_campaign.cluster import check_profile, node_cores, slurm_options
 from mill_campaign.config_build import load_campaign
@@ -134,9 +135,14 @@ def dry_run_campaign(asked: Request) -> str:
         left = unfinished(folder, case.kind, case_changed=case.id in changed)
         waiting += bool(left)
         lines.append(case.id if left else f"{case.id}: done")
+        seen = by_hand_look.look(folder, case.document, [stage for stage, _ in left])
         for stage, reason in left:
+            if stage in seen.stages:
+                reason = "run by hand: taken over"
+            elif seen.problem and stage.products[0] in seen.problem:
+                reason = seen.problem
             lines.append(f"  {stage.name:<7} ({reason})")
-            if stage.deck:
+            if stage.deck and stage not in seen.stages:
                 lines.append(f"    in {folder}: {_command(engine, stage, case, asked.allocation)}")
     use = asked.allocation
     lines.append(
@@ -162,8 +168,10 @@ def run_campaign(asked: Request, console: Console) -> bool:
             folder = asked.runs / CASES_FOLDER / case.id
             if asked.start_over:
                 drop_attempts(folder, case.kind)
-            elif (attempt := attempt_of(folder, case.document)) and attempt.note:
-                note = f"{case.id}: {attempt.note}"
+            attempt = attempt_of(folder, case.document)
+            note = (attempt and attempt.note) or by_hand_look.note(folder, case.document)
+            if note:
+                note = f"{case.id}: {note}"
                 console.print(note, markup=False, highlight=False, soft_wrap=True)
         code = _run_jobs(asked, console, lock)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
@@ -192,7 +200,8 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     jobs = jobs_of(left, asked.allocation, asked.rates, asked.cluster is not None)
     if not jobs:
         return 0
-    record_predictions(asked.runs, left, asked.allocation, asked.rates)
+    engines = [x for x in left if not by_hand_look.is_rotated(folders[x.id], x.document)]
+    record_predictions(asked.runs, engines, asked.allocation, asked.rates)
     if asked.cluster:
         executor = slurm_options(asked.cluster.profile, asked.allocation.jobs)
         for line in _asked_of_slurm(jobs):

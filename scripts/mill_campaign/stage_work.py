@@ -101,7 +101,7 @@ def deck(task: Task) -> None:
     copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
     write_parameters(task.case, task.part)
     write_script(task.case, task.ranks, task.part)
-    if task.case["deck"]["dumps"] == "on":
+    if task.case["deck"]["dumps"] == "on" and not (task.folder / DUMP_FOLDER).exists():
         # The engine makes no folders: here for those who run the deck by hand.
         (task.part / DUMP_FOLDER).mkdir()
 

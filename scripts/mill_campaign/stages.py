@@ -19,6 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mill_campaign import failures, provenance, stage_record
+from mill_campaign.by_hand import HandRun, check_replaced, hand_provenance, is_there, take_over
 from mill_campaign.case_check import check_case, read_case
 from mill_campaign.engine_log import error_line, read_log
 from mill_campaign.errors import CampaignError
@@ -71,12 +72,16 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
 
 def _make(task: Task) -> None:
     """Do the work of a stage in its own folder, then publish what it made."""
+    by_hand = None
+    check_replaced(task.folder, task.case, task.stage)
     if task.stage.deck and is_complete(task):
         print("complete before: only its products had to be put in place", flush=True)
+    elif is_there(task.folder, task.stage):
+        by_hand = take_over(task)
     else:
         _work(task)
-    if all((task.part / x).exists() for x in task.stage.products):
-        _record_provenance(task)
+    if by_hand or all((task.part / x).exists() for x in task.stage.products):
+        _record_provenance(task, by_hand)
     _publish(task)
     shutil.rmtree(task.part)
 
@@ -102,10 +107,15 @@ def _work(task: Task) -> None:
             log.replace(task.folder / task.log)
 
 
-def _record_provenance(task: Task) -> None:
-    # A log of an earlier run would say that the engine had run.
-    log = task.folder / task.log if task.stage.deck else task.part / task.log
-    made = provenance_of(task, _made(task), log)
+def _record_provenance(task: Task, by_hand: HandRun | None) -> None:
+    # A log of an earlier run would say that the engine had run; one by hand, that this engine had.
+    log = (task.folder if task.stage.deck and not by_hand else task.part) / task.log
+    files = _made(task)
+    if by_hand:
+        files |= {name: task.folder / name for name in by_hand.files}
+    made = provenance_of(task, files, log)
+    if by_hand:
+        made = hand_provenance(made, by_hand, task.stage.name)
     write_provenance(task.part, read_provenance(task.folder) | {task.stage.name: made})
 
 

@@ -8,9 +8,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from mill_campaign.by_hand import is_recorded
+from mill_campaign.by_hand_look import Seen, look
 from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
 from mill_campaign.failures import (
+    BY_HAND,
     DAMAGED,
     KILLED,
     KINDS,
@@ -48,6 +51,7 @@ class CaseStatus:
         problem: its cause, one line.
         advice: what to do about it, one line.
         log: the file that tells more, relative to the case folder.
+        by_hand: stages that were run by hand, those included that the next run takes over.
     """
 
     id: str
@@ -67,6 +71,7 @@ class CaseStatus:
     problem: str
     advice: str
     log: str
+    by_hand: tuple[str, ...] = ()
 
 
 def campaign_cases(runs: Path) -> list[Path]:
@@ -128,20 +133,26 @@ def case_status(
     """
     kind, balls = case.kind, case["ball"]["count"]
     left = [stage for stage, _ in unfinished(folder, kind, case_changed=outdated)]
-    record = None if outdated else _record_of_next(folder, left, case)
-    state = _state(left, record)
+    seen = Seen() if outdated else look(folder, case.document, left)
+    made = [x.name for x in STAGES[kind] if is_recorded(folder, x) or x in seen.stages]
+    left = left[len(seen.stages) :]
+    by_hand = bool(left) and left[0].deck != "" and (seen.running or seen.problem != "")
+    record = None if outdated or by_hand else _record_of_next(folder, left, case)
+    state = ("running" if seen.running else "failed") if by_hand else _state(left, record)
     now = Progress(0, 0.0)
     if left and left[0].deck and state in ("running", "failed", "interrupted"):
-        now = stage_progress(folder, case, left[0])
+        now = stage_progress(folder, case, left[0], by_hand)
     steps_of = {stage.name: stage_steps(case, stage) for stage in STAGES[kind]}
     steps = sum(steps_of.values())
     step = steps - sum(steps_of[stage.name] for stage in left) + now.step
     rate = None
-    began = max(record.started, now.since) if record else 0.0
-    if state == "running" and now.at > began:
+    began = max(record.started if record else 0.0, now.since)
+    if state == "running" and now.at > began > 0.0:
         rate = balls * (now.step - now.begun) / (now.at - began)
-    silent = _silent(folder, record) if state == "running" and left[0].deck else None
+    silent = _silent(folder, record) if state == "running" and left[0].deck and record else None
     problem = _problem(state, record, silent, max(silence, _FEW_ROWS * _row_time(case, rate)))
+    if by_hand and seen.problem:
+        problem = Failure(BY_HAND, f"{BY_HAND}: {seen.problem}", advice_of(BY_HAND, seen.problem))
     return CaseStatus(
         id=case.id,
         kind=kind,
@@ -159,8 +170,16 @@ def case_status(
         failure=problem.kind if problem else "",
         problem=problem.cause if problem else "",
         advice=problem.advice if problem else "",
-        log=(record.log or f"out.{record.stage}") if problem and record else "",
+        log=_log(left, record, by_hand) if problem else "",
+        by_hand=tuple(made),
     )
+
+
+def _log(left: list[Stage], record: StageRecord | None, by_hand: bool) -> str:
+    """The file that tells more of a problem."""
+    if by_hand:
+        return f"log.{left[0].name}"
+    return (record.log or f"out.{record.stage}") if record else ""
 
 
 def _problem(

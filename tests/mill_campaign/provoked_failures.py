@@ -28,6 +28,8 @@ from mill_campaign.display import problems
 from mill_campaign.engine_run import find_engine
 from mill_campaign.failures import KINDS, TIME_LIMIT_VARIABLE, UNKNOWN
 from mill_campaign.status import campaign_status
+from mill_runs.digests import digest_of
+from mill_runs.provenance import read_provenance, write_provenance
 
 BALL, CHARGE = small_campaign.SINGLE_BALLS[0], small_campaign.CHARGE
 # A kill for want of memory needs a memory limit, which a test may not set: the system's count of
@@ -51,15 +53,17 @@ class Scene:
     stage: str
 
     def edit(self, name: str, pattern: str, by: str) -> None:
-        """Damage a file; its date stays, or else later stages would be made anew."""
+        """Damage a file as if its stage had made it so: its digest would tell first."""
         file = self.case / name
-        date = file.stat().st_mtime_ns
         text, edits = re.subn(pattern, by, file.read_text(), flags=re.M)
         assert edits, f"{name} has no {pattern}"
         file.write_text(text)
-        os.utime(file, ns=(date, date))
-        # The engine is to see it: its digest would tell first.
-        (self.case / "provenance.json").unlink(missing_ok=True)
+        stages = read_provenance(self.case)
+        for stage in stages.values():
+            for part in ("inputs", "products"):
+                if name in stage[part]:
+                    stage[part][name] = digest_of(file)
+        write_provenance(self.case, stages)
 
     def set(self, variable: str, value: str) -> None:
         self.edit(
@@ -195,6 +199,11 @@ def time_out(scene: Scene) -> None:
     scene.run(**{TIME_LIMIT_VARIABLE: "3"})
 
 
+def series_from_elsewhere(scene: Scene) -> None:
+    (scene.case / "series.csv").write_text("step,time_s\n1,0.1\n")
+    scene.run()
+
+
 def wrong_deck(scene: Scene) -> None:
     scene.edit("integrate.in", "nve/sphere", "nve/spear")
     scene.run()
@@ -294,6 +303,9 @@ PROVOCATIONS = (
     Provocation("killed", BALL, "rotate", "rank killed by signal 9", killed_rank, "run the same"),
     Provocation("killed", BALL, "rotate", "stage killed by signal 9", killed_stage, "run the same"),
     Provocation("crash", BALL, "rotate", "rank ended by signal 11", crash, "report it"),
+    Provocation(
+        "by hand", BALL, "rotate", "a series from elsewhere", series_from_elsewhere, "move"
+    ),
     Provocation(
         "no progress", BALL, "rotate", "rank stopped, silence of 1 s allowed", no_progress, "top"
     ),

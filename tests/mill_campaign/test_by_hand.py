@@ -1,5 +1,6 @@
 """Generated case folders, run by their mpirun.sh or by lines typed by hand, without millscale."""
 
+import json
 import os
 import re
 import shutil
@@ -16,6 +17,10 @@ import small_campaign
 from small_campaign import CHARGE, SINGLE_BALLS
 
 from mill_campaign.engine_run import ENGINE, find_engine
+from mill_campaign.job import bring
+from mill_campaign.stage_record import read_record
+from mill_campaign.status import campaign_status
+from mill_runs.provenance import read_provenance
 
 pytestmark = pytest.mark.engine
 
@@ -136,6 +141,9 @@ def test_a_settled_charge_is_not_settled_again(generated):
     by_script(case, RANKS="1")
     settled = (case / "settled.restart").stat().st_mtime_ns
     (case / "series.csv").rename(case / "series.old.csv")
+    assert "move dump/* elsewhere" in by_script(case, RANKS="1", code=1)
+    (case / "dump").rename(case / "dump.old")
+    (case / "dump").mkdir()
     assert "settled.restart is there" in by_script(case, RANKS="1")
     assert (case / "settled.restart").stat().st_mtime_ns == settled
     assert (case / "series.csv").read_text() == (case / "series.old.csv").read_text()
@@ -147,7 +155,7 @@ def test_a_finished_series_is_not_overwritten(generated, case_id):
     by_script(case, RANKS="1")
     before = made(case)
     said = by_script(case, code=1).splitlines()[-1]
-    assert "series.csv is there and complete: move it to another folder" in said
+    assert "series.csv is there and complete: move it and dump/* elsewhere" in said
     assert made(case) == before
 
 
@@ -167,6 +175,7 @@ def test_a_cut_bed_is_not_rotated(generated):
     case = generated / CHARGE
     by_script(case, RANKS="1")
     (case / "series.csv").unlink()
+    shutil.rmtree(case / "dump")
     with (case / "settled.restart").open("r+b") as file:
         file.truncate((case / "settled.restart").stat().st_size - 5)
     assert "settled.restart is cut" in by_script(case, code=1)
@@ -235,13 +244,14 @@ def test_a_killed_script_goes_on_to_the_same_bytes(long_once, tmp_path, wait_for
     assert [x for x in expected if not x.startswith("mill.") and found[x] != expected[x]] == []
 
 
-def _kill_at(case, rows, wait_for):
-    """Start mpirun.sh and kill it and the engine when series.csv has so many rows."""
+def _kill_at(case, rows, wait_for, look=lambda: None):
+    """Start mpirun.sh, and when series.csv has so many rows look and kill it and the engine."""
     process = psutil.Popen(
         ["sh", "mpirun.sh"], cwd=case, env=environment(RANKS="1"), stdout=subprocess.DEVNULL
     )
     wait_for(lambda: _rows(case) > rows or process.poll() is not None)
     assert process.poll() is None, "ended before it could be killed"
+    look()
     for one in [*process.children(recursive=True), process]:
         one.send_signal(signal.SIGKILL)
     process.wait()
@@ -251,3 +261,234 @@ def _kill_at(case, rows, wait_for):
 def _rows(case):
     series = Path(case) / "series.csv"
     return len(series.read_text().splitlines()) if series.exists() else 0
+
+
+# The rest is about what millscale makes of runs by hand.
+
+SEEDS = small_campaign.TEXT.replace("count = [50]", "count = [50]\nseeds = [1, 2]")
+ONE, OTHER = f"{CHARGE}-seed1", f"{CHARGE}-seed2"
+
+
+@pytest.fixture(scope="module")
+def by_hand_once(tmp_path_factory):
+    """Two charges that differ in their seed and a single ball, all run by hand."""
+    folder = tmp_path_factory.mktemp("by_hand")
+    millscale("generate", campaign(folder, SEEDS), "--runs", folder / "runs")
+    for case_id in (ONE, OTHER, BALL):
+        by_script(folder / "runs" / "cases" / case_id, RANKS="1")
+    return folder / "runs"
+
+
+@pytest.fixture
+def by_hand(by_hand_once, tmp_path):
+    """A copy of them, as it comes from another machine."""
+    shutil.copytree(by_hand_once, tmp_path / "runs")
+    campaign(tmp_path, SEEDS)
+    return tmp_path / "runs"
+
+
+def engine_files(case):
+    """Content and date of all that the engine wrote."""
+    files = [
+        *case.glob("log.*"),
+        *case.glob("*.restart"),
+        *case.glob("dump/*"),
+        case / "series.csv",
+    ]
+    return {x.name: (x.read_bytes(), x.stat().st_mtime_ns) for x in files if x.exists()}
+
+
+def states(runs):
+    """Rows of `millscale status`, by case."""
+    return {row["id"]: row for row in json.loads(millscale("status", runs, "--json"))}
+
+
+def test_a_run_after_runs_by_hand_does_only_what_is_missing(by_hand):
+    before = {case: engine_files(by_hand / "cases" / case) for case in (ONE, OTHER, BALL)}
+    rows = states(by_hand)
+    assert {rows[case]["stage"] for case in before} == {"result"}
+    assert rows[ONE]["by_hand"] == ["settle", "rotate"] and rows[BALL]["by_hand"] == ["rotate"]
+    assert rows[SINGLE_BALLS[0]]["by_hand"] == [] and rows[ONE]["step"] == rows[ONE]["steps"]
+    file = by_hand.parent / "small.toml"
+    dry = millscale("run", file, "--runs", by_hand, "--dry-run")
+    assert dry.count("run by hand: taken over") == 5 and dry.count("mpirun -np") == 1
+    said = millscale("run", file, "--runs", by_hand)
+    assert f"{ONE}: settle and rotate run by hand: taken over, only what is missing is run" in said
+    for case, files in before.items():
+        assert engine_files(by_hand / "cases" / case) == files
+        assert (by_hand / "cases" / case / "result.json").exists()
+    rows = states(by_hand)
+    assert {row["state"] for row in rows.values()} == {"done"}
+    assert rows[ONE]["by_hand"] == ["settle", "rotate"]
+    made = read_provenance(by_hand / "cases" / ONE)["rotate"]
+    assert (made["by"], made["ranks"]) == ("hand", 1) and "host" not in made
+    assert "LIGGGHTS" in made["engine"]["version"] and "path" not in made["engine"]
+    assert "no differences" in millscale("verify", by_hand)
+    assert "done, by hand" in millscale("status", by_hand)
+
+
+def test_the_report_uses_what_was_run_by_hand(by_hand, run_once):
+    assert "report: " in millscale("report", by_hand)
+    results = json.loads((by_hand / "report" / "results.json").read_text())
+    assert {row["id"] for row in results["multi_ball"]} == {ONE, OTHER}
+    assert [row["id"] for row in results["single_ball"]] == [BALL]
+    _, run = run_once
+    own, other = (
+        json.loads((x / BALL / "result.json").read_text()) for x in (by_hand / "cases", run)
+    )
+    assert own == other
+    timing = json.loads((by_hand / "cases" / ONE / "timing.json").read_text())
+    assert timing["ranks"] == 1 and timing["balls"] == 50 and timing["steps"] == 3536
+    assert timing["loop_time_s"] > 0.0 and timing["hardware"]["cpu"] == "unknown"
+
+
+def test_after_settling_by_hand_a_run_rotates(generated, run_once):
+    ranks, run = run_once
+    case = generated / CHARGE
+    line = re.findall(
+        r"^#   (mpirun .* settle.in .*)$", (run / CHARGE / "mpirun.sh").read_text(), re.M
+    )
+    root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    subprocess.run(line[0], shell=True, cwd=case, env=environment(**root), check=True)
+    settled = (case / "settled.restart").stat().st_mtime_ns
+    assert states(generated.parent)[CHARGE]["stage"] == "rotate"
+    bring(case, ranks)
+    assert (case / "settled.restart").stat().st_mtime_ns == settled
+    record = read_provenance(case)
+    assert record["settle"]["by"] == "hand" and "by" not in record["rotate"]
+    assert (case / "series.csv").read_bytes() == (run / CHARGE / "series.csv").read_bytes()
+    bed, other = (json.loads((x / "settled.json").read_text()) for x in (case, run / CHARGE))
+    assert bed["settled_by"] == CHARGE
+    assert bed["bulk_fraction"] == other["bulk_fraction"]
+    assert bed["largest_overlap_m"] == other["largest_overlap_m"]
+
+
+def _edit(name, pattern, by):
+    def edit(case):
+        text, edits = re.subn(
+            pattern, by, (case / name).read_text(errors="replace"), count=1, flags=re.M
+        )
+        assert edits == 1
+        (case / name).write_text(text)
+
+    return edit
+
+
+def _copy(*names):
+    def copy(case):
+        for name in names:
+            if (case / name).is_dir():
+                shutil.rmtree(case / name)
+                shutil.copytree(case.parent / OTHER / name, case / name)
+            else:
+                shutil.copy(case.parent / OTHER / name, case / name)
+
+    return copy
+
+
+def _cut_series(case):
+    lines = (case / "series.csv").read_text().splitlines(keepends=True)
+    (case / "series.csv").write_text("".join(lines[:-3]))
+
+
+def _one_dump_more(case):
+    shutil.copy(next(iter((case / "dump").iterdir())), case / "dump" / "charge.000000708.liggghts")
+
+
+def _signed_wrong(case):
+    content = bytearray((case / "settled.restart").read_bytes())
+    content[len(content) // 2] ^= 1
+    (case / "settled.restart").write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (_edit("mill.in", "^run ", "timestep 1e-5\nrun "), "mill.in was edited since"),
+        (
+            _edit("parameters.in", "time_step string .*", "time_step string 5e-05"),
+            "parameters.in was",
+        ),
+        (
+            _edit("log.rotate", "^timestep .*0001", "timestep 5e-05"),
+            "has the line `timestep 5e-05`",
+        ),
+        (
+            _edit("log.rotate", "^compute charge .*$", ""),
+            "does not repeat the line `compute charge",
+        ),
+        (_edit("log.rotate", "^Loop time.*$", ""), "log.rotate ends at step 4243 of 4243"),
+        (lambda case: (case / "log.rotate").unlink(), "no log.rotate tells how it was made"),
+        (_cut_series, "series.csv has step"),
+        (_edit("series.csv", r"^1190,.*\n", ""), "series.csv has step 1225 where 1190 was to be"),
+        (_copy("series.csv"), "they are not of one run"),
+        (_copy("series.csv", "log.rotate"), "log.rotate is not of this case.json"),
+        (_copy("dump"), "has its centre of mass at"),
+        (lambda case: next(iter((case / "dump").iterdir())).unlink(), "no dump of step"),
+        (_one_dump_more, "is of no step at which mill.in dumps"),
+        (_edit("occupancy.csv", r"\n.*\n\Z", "\n0.5,"), "occupancy.csv is not whole"),
+        (_copy("settled.restart"), "does not hold the balls of settled.dump"),
+        (_copy("settled.restart", "settled.dump"), "they are not of one run"),
+        (_copy("settled.restart", "settled.dump", "log.settle"), "log.settle is not of this case"),
+        (_signed_wrong, "is not what was written: its signature differs"),
+        (_edit("log.settle", "^Loop time.*$", ""), "log.settle ends at step"),
+        (lambda case: (case / "settled.dump").unlink(), "no settled.dump"),
+        (_copy("charge.data"), "charge.data is not the file that stage charge made"),
+    ],
+    ids=lambda value: value.replace(" ", "-") if isinstance(value, str) else "",
+)
+def test_what_cannot_be_shown_to_be_of_this_case_is_not_used(by_hand, change, reason):
+    case = by_hand / "cases" / ONE
+    change(case)
+    before = engine_files(case)
+    bring(case, 1)
+    record = read_record(case)
+    assert (record.state, record.kind) == ("failed", "by hand")
+    assert reason in record.cause and "move what is named to another folder" in record.advice
+    assert engine_files(case) == before, "results made by hand were lost"
+    assert not (case / "result.json").exists()
+    # A look at the status reads no dumps, and only what the next stage would read.
+    if "centre of mass" not in reason and "charge.data" not in reason:
+        (row,) = [x for x in campaign_status(by_hand) if x.id == ONE]
+        assert (row.state, row.failure) == ("failed", "by hand") and reason in row.problem
+
+
+def test_after_an_edit_of_the_campaign_runs_by_hand_are_those_of_before(by_hand):
+    file = by_hand.parent / "small.toml"
+    file.write_text(SEEDS.replace("rotation_angle_rad = 1.0", "rotation_angle_rad = 1.1"))
+    millscale("generate", file, "--runs", by_hand)
+    case = by_hand / "cases" / ONE
+    before = engine_files(case)
+    assert "log.settle is not of this case" in by_script(case, code=1)
+    bring(case, 1)
+    assert "log.settle is not of this case.json" in read_record(case).cause
+    assert engine_files(case) == before
+
+
+def test_a_run_by_hand_that_was_ended_early_is_told_and_goes_on(long_once, tmp_path, wait_for):
+    whole, generated = long_once
+    runs = tmp_path / "runs"
+    shutil.copytree(generated.parent.parent, runs)
+    case = runs / "cases" / CHARGE
+    rows = len((whole / "series.csv").read_text().splitlines())
+    seen = []
+
+    def look():
+        (row,) = campaign_status(runs)
+        seen.append(row)
+
+    _kill_at(case, 0.5 * rows, wait_for, look)
+    assert seen[0].state == "running" and seen[0].by_hand == ("settle",)
+    assert seen[0].stage == "rotate" and 0 < seen[0].step < seen[0].steps
+    (row,) = campaign_status(runs)
+    assert (row.state, row.failure) == ("failed", "by hand") and "log.rotate ends at" in row.problem
+    before = engine_files(case)
+    bring(case, 1)
+    assert engine_files(case) == before and read_record(case).state == "failed"
+    by_script(case)
+    bring(case, 1)
+    assert (case / "result.json").exists()
+    timing = json.loads((case / "timing.json").read_text())
+    assert timing["attempts"] == 2 and timing["ranks"] == 1
+    assert timing["steps"] == json.loads((case / "case.json").read_text())["time"]["steps"]
+    assert (case / "series.csv").read_bytes() == (whole / "series.csv").read_bytes()

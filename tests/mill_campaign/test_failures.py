@@ -15,7 +15,7 @@ from mill_campaign.failures import KINDS, UNKNOWN, Traces, advice_of, classify
 # The quick ones run always; the rest with -m validate.
 QUICK = {
     *("nan", "damaged file", "mesh error", "wrong deck", "disk full", "overlap too large"),
-    *("not settled", "does not fit", "missing library"),
+    *("not settled", "does not fit", "missing library", "by hand"),
 }
 CRASH = "the engine crashed: rank 1 exited on signal {}"
 

@@ -9,7 +9,9 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import LOCK_FILE, hold
 from mill_campaign.resume import begin
 from mill_campaign.stage_record import read_record
+from mill_runs.digests import digest_of
 from mill_runs.layout import stage_of
+from mill_runs.provenance import write_provenance
 
 
 @pytest.fixture
@@ -83,6 +85,9 @@ def rotated(tmp_path, monkeypatch):
         (tmp_path / name).mkdir(exist_ok=True)
     for name in ("dump/charge.0", "series.csv", "rotate.part/timing.json"):
         (tmp_path / name).write_text(name)
+    # Published before the products.
+    made = {"inputs": {}, "products": {"series.csv": digest_of(tmp_path / "series.csv")}}
+    write_provenance(tmp_path, {"rotate": made})
     return tmp_path
 
 
