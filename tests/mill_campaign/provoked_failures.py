@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import psutil
@@ -29,6 +29,7 @@ from mill_campaign.engine_run import find_engine
 from mill_campaign.failures import KINDS, TIME_LIMIT_VARIABLE, UNKNOWN
 from mill_campaign.status import campaign_status
 from mill_runs.digests import digest_of
+from mill_runs.layout import CAMPAIGN_FILE, CASE_FILE
 from mill_runs.provenance import read_provenance, write_provenance
 
 BALL, CHARGE = small_campaign.SINGLE_BALLS[0], small_campaign.CHARGE
@@ -64,6 +65,11 @@ class Scene:
                 if name in stage[part]:
                     stage[part][name] = digest_of(file)
         write_provenance(self.case, stages)
+        if name == CASE_FILE:
+            # Otherwise the case would count as one that the campaign has changed since.
+            file = self.runs / CAMPAIGN_FILE
+            summary = json.loads(file.read_text()) | {"digests": {}}
+            file.write_text(json.dumps(summary))
 
     def set(self, variable: str, value: str) -> None:
         self.edit(
@@ -151,10 +157,8 @@ def hangs(scene: Scene) -> None:
 
 
 def damaged_file(scene: Scene) -> None:
-    file = scene.case / "charge.data"
-    date = file.stat().st_mtime_ns
-    file.write_text(file.read_text()[:-100])
-    os.utime(file, ns=(date, date))
+    replace(scene, stage="rotate").run()
+    scene.edit("series.csv", r"\A((?:.*\n){99}.{99}).*\n(?:.*\n)*\Z", r"\1")
     scene.run()
 
 
@@ -286,9 +290,7 @@ PROVOCATIONS = (
     Provocation(
         "mesh error", BALL, "rotate", "five lines cut out of liner.stl", mesh_error, "liner.stl"
     ),
-    Provocation(
-        "damaged file", CHARGE, "settle", "100 bytes cut off charge.data", damaged_file, "delete"
-    ),
+    Provocation("damaged file", BALL, "result", "series.csv cut in a row", damaged_file, "delete"),
     Provocation(
         "out of memory", CHARGE, "settle", "box of 120 m, ulimit -v 1.2 GB", no_memory, "--jobs"
     ),
