@@ -82,7 +82,8 @@ def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:
             cause = f"belongs to another physical mill: its {key} is {found!r:.60}, not {value!r}"
             raise CampaignError(runs, "", cause, other)
     copy = runs / CAMPAIGN_COPY
-    if owner["copy"] and copy.is_file():
+    # A link is refused by the lock.
+    if owner["copy"] and copy.is_file() and not copy.is_symlink():
         text = campaign.file.read_text(encoding="utf-8")
         if digest_of(copy) not in (owner["copy"], _sha256(text)):
             where = shlex.quote(str(copy))
