@@ -12,7 +12,6 @@ from mill_analysis.steady import (
     MOST_DRIFT,
     Window,
     choose_window,
-    is_cut_at_most,
     lifter_pitch,
     standard_error,
     trend,
@@ -96,7 +95,7 @@ def _standard_errors(
     series: Series, scales: dict[str, float], window: Window
 ) -> dict[str, float | None]:
     """Of the dimensionless means, from the scatter of the pitches; None without pitches."""
-    if window.pitches < FEWEST_PITCHES // 2:
+    if window.pitches < FEWEST_PITCHES:
         return dict.fromkeys(("kinetic", "torque", "centre_x"))
     angle = series["mill_angle_rad"]
     work = np.interp(window.edges, angle, series["drive_work_J"])
@@ -117,7 +116,7 @@ def _steady(series: Series, window: Window, momentum_share: float | None) -> dic
     angle, centre = series["mill_angle_rad"], series["centre_x_m"]
     drift = error = None
     reasons = []
-    if window.pitches < FEWEST_PITCHES // 2:
+    if window.pitches < FEWEST_PITCHES:
         reasons.append(
             f"the rotation of {angle[-1]:.3g} rad has fewer than {FEWEST_PITCHES} lifter pitches: "
             "too few to show whether the charge is steady"
@@ -127,8 +126,8 @@ def _steady(series: Series, window: Window, momentum_share: float | None) -> dic
         line, mean = trend(of_pitches), abs(float(of_pitches.mean()))
         if mean > 0.0:
             drift, error = line.change / mean, line.error / mean
-        if is_cut_at_most(window, angle):
-            reasons.append("the charge still changes at half of the rotation")
+        if window.cut_at_most:
+            reasons.append(f"the charge still changes at {window.begin:.3g} rad")
         if drift is not None and abs(drift) > max(MOST_DRIFT, 2.0 * error):
             reasons.append(f"its centre of mass drifts by {100.0 * drift:+.1f} % in the window")
     if momentum_share is not None and abs(momentum_share) > MOST_DRIFT:

@@ -15,6 +15,8 @@ import numpy as np
 DRUM_PITCH = 0.25
 # Fewer pitches do not show whether a charge is steady.
 FEWEST_PITCHES = 8
+# The most of the pitches that may be left out: of what is left, the scatter must mean something.
+MOST_CUT = 2.0 / 3.0
 # Drift of the centre of mass over the window, and change of the angular momentum, over the torque:
 # as much as two seeds differ by.
 MOST_DRIFT = 0.01
@@ -28,11 +30,14 @@ class Window:
         begin, end: [rad].
         edges: (n + 1,) float, of the whole pitches in it [rad]; begin and end alone where the
             rotation has fewer than `FEWEST_PITCHES`.
+        cut_at_most: as much of the start is left out as may be: the charge then still changes at
+            the begin.
     """
 
     begin: float
     end: float
     edges: np.ndarray
+    cut_at_most: bool = False
 
     @property
     def pitches(self) -> int:
@@ -74,9 +79,10 @@ def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: f
     """The window of a charge: as many whole pitches at its end as give the steadiest means.
 
     Of each quantity the start is cut off that makes the squared standard error of the mean of what
-    is left, sum (y - mean)^2 / n^2 over n pitches, least; at most half (marginal standard error
-    rule, White, Simulation 69 (1997) 323, doi 10.1177/003754979706900601). The latest begin counts.
-    A rotation of fewer than `FEWEST_PITCHES` pitches gives its second half.
+    is left, sum (y - mean)^2 / n^2 over n pitches, least (marginal standard error rule, White,
+    Simulation 69 (1997) 323, doi 10.1177/003754979706900601); at most `MOST_CUT`, and so much that
+    `FEWEST_PITCHES` stay. The latest begin counts. A rotation of fewer pitches gives its second
+    half.
 
     Args:
         mill_angle: (n,) float, increasing [rad].
@@ -91,13 +97,8 @@ def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: f
         begin, end = 0.5 * float(mill_angle[-1]), float(mill_angle[-1])
         return Window(begin, end, np.array([begin, end]))
     cut = max(_least_error_cut(_means(mill_angle, values, edges)) for values in quantities)
-    return Window(float(edges[cut]), float(edges[-1]), edges[cut:])
-
-
-def is_cut_at_most(window: Window, mill_angle: np.ndarray) -> bool:
-    """Whether as much of the start is cut off as may be: the charge then still changes there."""
-    begin = mill_angle[0] + 0.5 * (mill_angle[-1] - mill_angle[0])
-    return window.pitches < 2 or window.begin > begin - (window.edges[1] - window.edges[0])
+    at_most = 0 < cut == _most_cut(len(edges) - 1)
+    return Window(float(edges[cut]), float(edges[-1]), edges[cut:], at_most)
 
 
 def trend(values: np.ndarray) -> Trend:
@@ -128,10 +129,15 @@ def _lengthened(left: np.ndarray) -> float:
     return math.sqrt((1.0 + correlation) / (1.0 - correlation))
 
 
+def _most_cut(pitches: int) -> int:
+    """How many of the pitches may be left out at the start."""
+    return min(int(MOST_CUT * pitches), pitches - FEWEST_PITCHES)
+
+
 def _least_error_cut(means: np.ndarray) -> int:
     """How many pitches to leave out at the start."""
     n = len(means)
-    errors = [np.var(means[cut:]) / (n - cut) for cut in range(n // 2 + 1)]
+    errors = [np.var(means[cut:]) / (n - cut) for cut in range(_most_cut(n) + 1)]
     return int(np.argmin(errors))
 
 

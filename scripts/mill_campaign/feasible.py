@@ -19,6 +19,11 @@ SOFT = 0.05
 # Thinner slices [ball diameters] are warned of: at 2 the torque is off by 3 %, at 4 by half a
 # percent (docs/results/slice-length.json).
 THIN_SLICE = 4.0
+# Mill rotation after which a charge has come to a steady state [rad]: centre of mass and kinetic
+# energy of the paper's charge overshoot and settle until 4.5 to 5 rad (docs/theory.md).
+START_UP = 5.0
+# Lifter pitches beyond it that show a steady state (`mill_analysis/steady.py`).
+SHOWN_PITCHES = 8
 
 
 def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
@@ -30,7 +35,11 @@ def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
     _check_grooves(campaign, model)
     if model.study.kind == "multi-ball":
         _check_settling(campaign, model)
-    return [*_softness(campaign, model, limits), *_thin(campaign, model)]
+    return [
+        *_softness(campaign, model, limits),
+        *_thin(campaign, model),
+        *_short(model),
+    ]
 
 
 def narrowest_groove(liner: mill_core.Liner) -> float:
@@ -139,6 +148,20 @@ def _thin(campaign: Campaign, model: Model) -> list[str]:
     return [
         f"{diameters:.3g} ball diameters along the axis: torque and surface are off by 3 % at 2, "
         f"by half a percent at {THIN_SLICE:g}"
+    ]
+
+
+def _short(model: Model) -> list[str]:
+    if model.study.kind == "single-ball":
+        return []
+    pitch = 2.0 * math.pi / model.liner.lifters if model.liner.lifters else 0.25
+    least = START_UP + SHOWN_PITCHES * pitch
+    if model.study.rotation_angle >= least:
+        return []
+    return [
+        f"rotation of {model.study.rotation_angle:.3g} rad: a charge is not steady before some "
+        f"{START_UP:g} rad; for means of the steady state give rotation_angle_rad = "
+        f"{math.ceil(least):g} or more"
     ]
 
 

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 from mill_analysis.steady import (
     FEWEST_PITCHES,
     choose_window,
-    is_cut_at_most,
     lifter_pitch,
     standard_error,
     trend,
@@ -56,16 +55,17 @@ def test_a_start_that_decays_is_cut_off_where_noise_hides_it(spin_up):
     window = choose_window(angle, [values], PITCH)
     assert 0.5 * spin_up < window.begin < 3.0 * spin_up
     assert abs(window.mean(angle, values) - 1.0) < 0.004
-    assert not is_cut_at_most(window, angle)
+    assert not window.cut_at_most
 
 
-def test_the_latest_start_of_several_quantities_counts_and_half_is_the_most():
+def test_the_latest_start_of_several_quantities_counts_and_two_thirds_are_the_most():
     angle = np.linspace(0.0, 8.0, 801)
     early, late = np.where(angle < 1.0, 0.0, 1.0), np.where(angle < 3.0, 0.0, 1.0)
     assert 3.0 <= choose_window(angle, [early, late], PITCH).begin < 3.0 + 2.0 * PITCH
-    window = choose_window(angle, [np.where(angle < 3.9, 0.0, 1.0)], PITCH)
-    assert 4.0 - PITCH < window.begin < 4.0
-    assert is_cut_at_most(window, angle)
+    window = choose_window(angle, [np.where(angle < 5.1, 0.0, 1.0)], PITCH)
+    assert 20 * PITCH == pytest.approx(window.begin)
+    assert window.pitches == 11
+    assert window.cut_at_most
 
 
 def test_few_pitches_give_the_second_half():

@@ -142,3 +142,12 @@ def test_small_numbers_are_shown_with_their_digits(tmp_path):
     words = [line.split() for line in console.export_text().splitlines()]
     row = next(x for x in words if x[:1] == ["sb-cg-paper-S1.000"])
     assert row[1:4] == ["3.9", "0.0001", "0.0032"]
+
+
+@pytest.mark.parametrize(("angle", "warned"), [(4.0, True), (7.0, True), (7.1, False)])
+def test_a_rotation_that_ends_before_a_charge_is_steady_is_warned_of(tmp_path, angle, warned):
+    changes = MULTI_BALL | {"multi_ball__rotation_angle_rad": angle}
+    for case in cases(tmp_path, **changes):
+        texts = [text for text in case["warnings"] if "a charge is not steady before" in text]
+        assert len(texts) == (warned and case.kind == "multi-ball")
+        assert all("rotation_angle_rad = 8 or more" in text for text in texts)

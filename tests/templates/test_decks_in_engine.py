@@ -47,11 +47,11 @@ def cases(tmp_path_factory):
     """Cases of quick.toml, each rotated by no more than 0.02 rad."""
     folder = tmp_path_factory.mktemp("decks")
     short = QUICK.read_text()
-    for long in ("rotation_angle_rad = 7.0", "rotation_angle_rad = 2.5"):
+    for long in ("rotation_angle_rad = 7.0", "rotation_angle_rad = 8.0"):
         assert long in short
         short = short.replace(long, "rotation_angle_rad = 0.02")
     short = short.replace("settle_s = 0.8", "settle_s = 0.11")
-    short = short.replace("dump_angle_rad = 0.25\n", "")
+    short = short.replace("dump_angle_rad = 0.5\n", "")
     short = short.replace("count = [13370]", "count = [2600]")
     (folder / "short.toml").write_text(short)
     return {case.id: case.document for case in generate(folder / "short.toml", folder / "runs")}
