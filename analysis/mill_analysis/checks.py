@@ -43,7 +43,7 @@ def campaign_checks(
         checks |= _torque(case)
         overlap = case.result["largest_overlap_over_radius"]
         if overlap is not None:
-            text = f"{case.id}: largest overlap over ball radius"
+            text = f"{case.id}: largest overlap over ball radius, at the rows of series.csv"
             checks[f"overlap/{case.id}"] = _check(text, overlap, MOST_OVERLAP)
     return checks
 

@@ -1,4 +1,4 @@
-"""What samples at single steps miss: `python -m mill_validation.sampling CASE_FOLDER... [--to FILE]`.
+"""What samples at single steps miss: `python -m mill_validation.sampling CASE_FOLDER...`.
 
 Each folder is that of a multi-ball case whose rotation is done. Its mill goes on from the last
 restart file with a row of series.csv at every step. Written is, for each quantity of a row, its
@@ -15,8 +15,6 @@ import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from mill_analysis.series import Series, read_series
 from mill_bench.record import provenance
