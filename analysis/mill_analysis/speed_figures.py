@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -33,26 +34,31 @@ Row = dict[str, Any]
 
 
 def speed_against_error(models: Sequence[Row]) -> Figure:
-    """Each error against time. Bars: standard deviation over seeds; crosses: the same error
-    between two seeds of the model, below which a difference says nothing.
+    """Each error that was measured, against time. Bars: standard deviation over seeds; crosses: the
+    same error between two seeds of the model, below which a difference says nothing.
 
     Args:
         models: of `speed_error.model_rows`.
     """
+    panels = [p for p in PANELS if any(row[p[0]] is not None for row in models)] or PANELS
+    rows = math.ceil(len(panels) / 2)
     with rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 8.2), layout="constrained")
-        all_axes = figure.subplots(3, 2)
-        for axes, (name, title, factor) in zip(all_axes.flat, PANELS, strict=True):
+        figure = Figure(figsize=(7.6, 1.0 + 2.4 * rows), layout="constrained")
+        grid = figure.subplots(rows, 2, squeeze=False).ravel()
+        all_axes = grid[: len(panels)]
+        for axes in grid[len(panels) :]:
+            axes.remove()
+        for axes, (name, title, factor) in zip(all_axes, panels, strict=True):
             _error_panel(axes, models, name, factor)
             axes.set_ylabel(title)
             axes.set_xscale("log")
             plain_log_ticks(axes.xaxis)
             if name != "power_error":
                 axes.set_ylim(0.0, 1.0 if "iou" in name else None)
-        for axes in all_axes[-1]:
+        for axes in all_axes[-2:]:
             axes.set_xlabel("processor time [s]")
         known = {}
-        for axes in all_axes.flat:
+        for axes in all_axes:
             for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
                 known.setdefault(label, handle)
         if known:

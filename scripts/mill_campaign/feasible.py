@@ -16,8 +16,8 @@ from mill_campaign.time_step import Limits
 # Mean overlap of the bed at rest over the ball radius. The largest is five to six times the mean
 # (docs/theory.md), so at a twentieth some balls are no Hertz contacts any more (`LARGEST_OVERLAP`).
 SOFT = 0.05
-# Thinner slices [ball diameters] are warned of: at 2 the torque is off by 3 %, at 4 by half a
-# percent (docs/results/slice-length.json).
+# Thinner slices [ball diameters] are warned of: at 2 energy and centre of mass are off by 3 %, at 4
+# by less than half a percent (docs/results/slice-length.json).
 THIN_SLICE = 4.0
 # Mill rotation after which a charge has come to a steady state [rad]: centre of mass and kinetic
 # energy of the paper's charge overshoot and settle until 4.5 to 5 rad (docs/theory.md).
@@ -146,7 +146,7 @@ def _thin(campaign: Campaign, model: Model) -> list[str]:
     if diameters >= THIN_SLICE * (1.0 - 1e-9):
         return []
     return [
-        f"{diameters:.3g} ball diameters along the axis: torque and surface are off by 3 % at 2, "
+        f"{diameters:.3g} ball diameters along the axis: energy and surface are off by 3 % at 2, "
         f"by half a percent at {THIN_SLICE:g}"
     ]
 

@@ -46,9 +46,9 @@ of the rotation, difference from the reference (plain damping, an eighth of the 
 per cent, in brackets the range of the seeds; contour and curtain with what chance alone does to
 them. Reference: {reference}. Stopped: by `fix mill/guard`, with the ball and the reason.
 
-| path | dt [s] | dt / T_R | dt / limit | seeds | kinetic | of rotation | power | contour | curtain | overlap / a |
-|---|---|---|---|---|---|---|---|---|---|---|
-"""  # noqa: E501
+"""
+# Means of the mill by the title of their column.
+_MEANS = {"kinetic": "kinetic", "kinetic_rotation": "of rotation", "power": "power"}
 _BED = """
 ## A bed at rest
 
@@ -78,7 +78,14 @@ def page(document: Row) -> str:
     )
     found = of_scene(rows, "mill")
     reference = next(row for row in found if row["is_reference"])
-    parts = [head, _MILL.format(reference=reference["setting"]), *map(_mill_line, found)]
+    means = [key for key in _MEANS if any(key in row for row in found)]
+    columns = (
+        *("path", "dt [s]", "dt / T_R", "dt / limit", "seeds"),
+        *(_MEANS[key] for key in means),
+        *("contour", "curtain", "overlap / a"),
+    )
+    parts = [head, _MILL.format(reference=reference["setting"]), _line(*columns)]
+    parts += ["|" + "---|" * len(columns) + "\n", *(_mill_line(row, means) for row in found)]
     bed = of_scene(rows, "bed")
     about = "Balls at rest in the mill of the hard cases, S = 8"
     parts += [_BED.format(about=about), *map(_bed_line, bed)]
@@ -98,7 +105,7 @@ def of_scene(rows: Iterable[Row], scene: str) -> list[Row]:
     return sorted(own, key=lambda row: (paths.index(row["path"]), row["dt"]))
 
 
-def _mill_line(row: Row) -> str:
+def _mill_line(row: Row, means: Sequence[str]) -> str:
     seeds = str(row["seeds"]) + (f", {len(row['stopped_by'])} stopped" if row["stopped_by"] else "")
     step = (
         row["path"],
@@ -108,17 +115,19 @@ def _mill_line(row: Row) -> str:
         seeds,
     )
     if "kinetic" not in row:
-        return _line(*step, *6 * ("",))
-    means = [
-        f"{100 * row[key]['difference']:+.1f} ({100 * row[key]['range_of_seeds']:.1f})"
-        for key in ("kinetic", "kinetic_rotation", "power")
-    ]
+        return _line(*step, *(len(means) + 3) * ("",))
     return _line(
         *step,
-        *means,
+        *(_mean(row.get(key)) for key in means),
         *(_error(row["errors"][key]) for key in ("contour", "curtain")),
         f"{row['max_overlap']:.3f}",
     )
+
+
+def _mean(told: Row | None) -> str:
+    if told is None:
+        return ""
+    return f"{100 * told['difference']:+.1f} ({100 * told['range_of_seeds']:.1f})"
 
 
 def _error(told: Row) -> str:
@@ -159,8 +168,8 @@ def _line(*cells: str) -> str:
 
 
 def draw(rows: Sequence[Row], file: Path) -> Figure:
-    """Realised restitution, spin noise of a bed, kinetic energies and power of the mill against the
-    step over the Rayleigh time, a colour for each path.
+    """Realised restitution, spin noise of a bed, kinetic energies of the mill against the step over
+    the Rayleigh time, a colour for each path.
 
     Args:
         rows: of time-step.json.

@@ -101,6 +101,13 @@ def test_speed_against_error_has_every_model_but_the_reference(comparison):
         assert_allclose(sorted(drawn), sorted(expected))
 
 
+def test_speed_against_error_has_no_panel_for_what_no_model_measured(comparison):
+    models = [row | {"power_error": None} for row in model_rows(comparison.rows)]
+    figure = speed_figures.speed_against_error(models)
+    titles = [title for name, title, _ in speed_figures.PANELS if name != "power_error"]
+    assert [axes.get_ylabel() for axes in figure.axes] == titles
+
+
 def test_run_times_stand_beside_the_paper_s(comparison):
     axes = speed_figures.run_times(model_rows(comparison.rows)).axes[0]
     lines = {line.get_label(): line for line in axes.lines}

@@ -200,3 +200,22 @@ def test_the_page_and_the_picture_show_every_row(study, tmp_path):
     assert (tmp_path / "p.png").stat().st_size > 10_000
     drawn = [len(axes.containers) for axes in figure.axes]
     assert drawn == [4, 1, 3, 3]
+
+
+def test_the_page_has_no_column_for_a_mean_that_no_row_has(study):
+    rows = list(mills(study))
+    rows += [hit("plain", kind, 0.1) for kind in ("head-on", "oblique")]
+    record = {"command": "c", "commit": "abc", "date": "today", "machine": {"cpu": "a cpu"}}
+    document = {"restitution": 0.1, "rows": rows, "provenance": record}
+    assert "| of rotation | power | contour |" in page(document)
+    del rows[0]["power"]
+    assert "| +0.0 (18.2) | +0.0 (18.2) |  |" in page(document)
+    for row in rows[1:]:
+        row.pop("power", None)
+    text = page(document)
+    assert "power" not in text
+    lines = [line for line in text.splitlines() if line.startswith("| stock | 0.0001")]
+    assert lines == [
+        "| stock | 0.0001 | 0.143 | 1.00 | 1 | -20.0 (0.0) | -20.0 (0.0) "
+        "| 2.00 ± 1.00 | 2.00 ± 1.00 | 0.088 |"
+    ]
