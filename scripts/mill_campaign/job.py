@@ -25,6 +25,7 @@ from mill_campaign.errors import CampaignError
 from mill_campaign.jobs import job_named, read_jobs
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.stages import INTERRUPTED, end_in_order, limit_time, run_stage
+from mill_campaign.temporary import own_folder, run_has_gone
 from mill_runs.current import unfinished
 from mill_runs.layout import CASE_FILE, CASES_FOLDER, STAGES, Stage
 from mill_runs.terminal import escape_unencodable
@@ -132,8 +133,11 @@ def main() -> int:
     options = parser.parse_args()
     escape_unencodable()
     end_with_parent()()
+    if run_has_gone():
+        return INTERRUPTED
     job = job_named(read_jobs(options.file), options.job)
-    return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)
+    with own_folder():
+        return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -28,6 +29,7 @@ from mill_campaign.placement import place, place_on_cluster
 from mill_campaign.prediction import error_line, record_predictions
 from mill_campaign.stage_work import attempt_of
 from mill_campaign.status import case_status
+from mill_campaign.temporary import own_folder
 from mill_campaign.workflow import (
     WORKFLOW_LOG,
     last_problem,
@@ -209,7 +211,9 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     else:
         executor = local_options(asked.allocation)
     file = write_jobs(asked.runs, jobs).relative_to(asked.runs)
-    with watching(console, asked.runs, asked.cases, asked.allocation) as watch:
+    # The jobs of a cluster are on other machines, and outlive this command.
+    place = nullcontext() if asked.cluster else own_folder()
+    with place, watching(console, asked.runs, asked.cases, asked.allocation) as watch:
         line = snakemake_line(file, executor)
         return run_workflow(asked.runs, line, lock, watch)
 

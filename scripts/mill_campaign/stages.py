@@ -27,6 +27,7 @@ from mill_campaign.folder_lock import hold
 from mill_campaign.parent_death import end_with_parent
 from mill_campaign.resume import OF_ATTEMPTS
 from mill_campaign.stage_work import WORK, Task, is_complete, provenance_of
+from mill_campaign.temporary import own_folder
 from mill_runs.case_digest import case_digest
 from mill_runs.layout import CASE_FILE, STAGES, Stage, stage_of
 from mill_runs.provenance import read_provenance, write_provenance
@@ -195,7 +196,8 @@ def main() -> int:
     end_with_parent()()
     with suppress(KeyboardInterrupt):
         try:
-            code = run_stage(options.folder, options.stage, options.ranks)
+            with own_folder():
+                code = run_stage(options.folder, options.stage, options.ranks)
         except (CampaignError, RunFolderError) as error:
             print(f"error: {error}", file=sys.stderr)
             return 2

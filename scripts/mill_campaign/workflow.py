@@ -87,6 +87,9 @@ def run_workflow(
         except BaseException:
             _end(process)
             raise
+        if process.returncode < 0:
+            # Killed: a job that it had just begun does not know yet that its parent has died.
+            _end(process)
     return process.returncode
 
 

@@ -1,0 +1,113 @@
+"""A temporary folder of our own, for what the engine, MPI and Snakemake leave when they are killed.
+
+They clean up behind them if they come to their end. What is killed cannot, so a run gives them a
+folder whose name tells the process it belongs to, and whoever comes later removes those whose
+process has gone.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+import stat
+import tempfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import psutil
+
+_PREFIX = "millscale"
+_NAME = re.compile(rf"{_PREFIX}-([0-9a-f]{{8}})-([0-9]{{1,9}})-([0-9]{{1,12}})-\w+")
+# Open MPI keeps the shared memory of a machine's ranks here, whatever the temporary folder is.
+SHARED_MEMORY = Path("/dev/shm")
+MPI_VARIABLES = ("OMPI_MCA_btl_vader_backing_directory", "OMPI_MCA_btl_sm_backing_directory")
+
+
+@contextmanager
+def own_folder() -> Iterator[None]:
+    """Give this process and its children a temporary folder that is removed at the end.
+
+    A process whose parent has one shares it. What processes that have gone left is removed.
+    """
+    sweep()
+    if _is_ours(Path(tempfile.gettempdir()).name):
+        try:
+            yield
+        finally:
+            # The run that it belongs to may have been killed meanwhile.
+            sweep()
+        return
+    folders = [_make(Path(tempfile.gettempdir()))]
+    changed = {"TMPDIR": str(folders[0])}
+    with suppress(OSError):
+        folders.append(_make(SHARED_MEMORY))
+        changed |= dict.fromkeys(MPI_VARIABLES, str(folders[1]))
+    before = {name: os.environ.get(name) for name in changed}
+    _set(changed)
+    try:
+        yield
+    finally:
+        _set(before)
+        for folder in folders:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def run_has_gone() -> bool:
+    """Whether the run whose folder this process was given has ended, before this process began to
+    watch its parent."""
+    return _has_gone(Path(os.environ.get("TMPDIR", "")).name)
+
+
+def sweep() -> None:
+    """Remove the folders of processes of this user and machine that have gone."""
+    here = Path(tempfile.gettempdir())
+    places = {here.parent if _NAME.fullmatch(here.name) else here, SHARED_MEMORY}
+    for place in places:
+        with suppress(OSError), os.scandir(place) as entries:
+            left = [x for x in entries if _NAME.fullmatch(x.name)]
+            for entry in left:
+                found = entry.stat(follow_symlinks=False)
+                mine = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+                if mine and _has_gone(entry.name):
+                    shutil.rmtree(entry.path, ignore_errors=True)
+
+
+def _make(place: Path) -> Path:
+    started = round(psutil.Process().create_time())
+    return Path(tempfile.mkdtemp(prefix=f"{_PREFIX}-{_host()}-{os.getpid()}-{started}-", dir=place))
+
+
+def _is_ours(name: str) -> bool:
+    """Whether a folder belongs to a run on this machine that goes on."""
+    match = _NAME.fullmatch(name)
+    return bool(match) and match[1] == _host() and not _has_gone(name)
+
+
+def _has_gone(name: str) -> bool:
+    match = _NAME.fullmatch(name)
+    if not match or match[1] != _host():
+        return False
+    try:
+        return round(psutil.Process(int(match[2])).create_time()) != int(match[3])
+    except psutil.NoSuchProcess:
+        return True
+    except psutil.Error:
+        return False
+
+
+def _host() -> str:
+    return f"{zlib.crc32(socket.gethostname().encode()):08x}"
+
+
+def _set(variables: Mapping[str, str | None]) -> None:
+    for name, value in variables.items():
+        if value is None:
+            os.environ.pop(name, None)
+        else:
+            os.environ[name] = value
+    # Asked for once and then remembered.
+    tempfile.tempdir = None
