@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 from mill_campaign.charge import Packing, Room, largest_overlap, overlaps, periodic_tree
 from mill_runs.untrusted import open_regular
 
-DUMP = "settled.dump"
 HEADER_LINES = 9
 COLUMNS = ("x", "y", "z", "vx", "vy", "vz", "radius")
 # The bulk begins so many mean diameters away from liner and surface: where order at the walls has

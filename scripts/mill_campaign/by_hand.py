@@ -24,11 +24,11 @@ from mill_campaign.engine_run import Spent
 from mill_campaign.output_files import check_output
 from mill_campaign.parameters import parameters
 from mill_campaign.restart_file import SIGNATURE, NotWholeError, holds, read_restart
-from mill_campaign.stage_work import Task, inputs_of
+from mill_campaign.stage_work import Task, bed_part, inputs_of
 from mill_campaign.timing import Before, timing_record
 from mill_runs.case_digest import case_digest
 from mill_runs.digests import Digests
-from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, STAGES, Stage
+from mill_runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, STAGES, Stage
 from mill_runs.provenance import read_provenance
 from mill_runs.untrusted import MOST_SERIES, RunFolderError, read_object, read_text
 from mill_runs.writing import new_folder, write_json
@@ -156,26 +156,26 @@ def hand_provenance(record: Mapping[str, Any], run: HandRun, name: str) -> dict[
 
 
 def _settled(folder: Path, case: Mapping[str, Any], stage: Stage, dumps: bool) -> HandRun:
-    from mill_campaign.bed import DUMP, read_bed
+    from mill_campaign.bed import read_bed
 
     steps = case["time"]["settle_steps"]
     logs = _logs(folder, case, stage, first=0, steps=steps)
     restart = read_restart(folder / stage.products[0])
     if restart.step != steps:
         raise NotWholeError(f"{restart.path.name} is of step {restart.step}, not {steps}")
-    if not (folder / DUMP).exists():
-        raise NotWholeError(f"no {DUMP}, which settle.in writes")
+    if not (folder / BED_DUMP).exists():
+        raise NotWholeError(f"no {BED_DUMP}, which settle.in writes")
     try:
-        bed, velocities = read_bed(folder / DUMP, case["mill"]["simulated_length_m"])
+        bed, velocities = read_bed(folder / BED_DUMP, case["mill"]["simulated_length_m"])
     except ValueError as error:
-        raise NotWholeError(f"{DUMP} is not whole: {error}") from None
+        raise NotWholeError(f"{BED_DUMP} is not whole: {error}") from None
     if len(velocities) != case["ball"]["count"]:
-        raise NotWholeError(f"{DUMP} has {len(velocities)} balls, not {case['ball']['count']}")
+        raise NotWholeError(f"{BED_DUMP} has {len(velocities)} balls, not {case['ball']['count']}")
     some = bed.centres[:: max(1, len(bed.centres) // _BALLS_SOUGHT)][:_BALLS_SOUGHT]
     if not holds(restart.path, some):
-        raise NotWholeError(f"{restart.path.name} does not hold the balls of {DUMP}")
+        raise NotWholeError(f"{restart.path.name} does not hold the balls of {BED_DUMP}")
     energy = _kinetic_energy(case, bed.radii, velocities)
-    _agree(DUMP, logs[-1], steps, energy, logs[-1].rows[steps][0], _LOG_DIGITS)
+    _agree(BED_DUMP, logs[-1], steps, energy, logs[-1].rows[steps][0], _LOG_DIGITS)
     return _run(folder, stage, logs, first=0, files=(stage.products[0],))
 
 
@@ -415,9 +415,6 @@ def take_over(task: Task) -> HandRun:
     Raises:
         NotUsedError: what was run by hand cannot be used.
     """
-    from mill_campaign import bed
-    from mill_campaign.charge import room_of
-
     try:
         run = examine(task.folder, task.case, task.stage)
     except NotUsedError as error:
@@ -426,8 +423,7 @@ def take_over(task: Task) -> HandRun:
     print(f"run by hand on {run.ranks} MPI ranks: taken over", flush=True)
     record = dict(run.timing)
     if task.stage.name == "settle":
-        measured = bed.bed_record(task.folder / bed.DUMP, room_of(task.case))
-        record |= {"settled_by": task.case["id"], **measured}
+        record |= bed_part(task.case, task.folder)
     new_folder(task.part)
     write_json(task.part / task.stage.products[-1], record)
     return run

@@ -18,7 +18,7 @@ from mill_campaign.restart_file import read_restart
 from mill_campaign.resume import RESTART_FILES, Run, begin, look
 from mill_campaign.timing import Before, timing_record
 from mill_runs.current import unfinished
-from mill_runs.layout import DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
+from mill_runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
 from mill_runs.writing import write_json
 
 if TYPE_CHECKING:
@@ -214,7 +214,8 @@ def settle(task: Task) -> None:
         record = engine(task)
         for name in RESTART_FILES:
             (task.part / name).unlink(missing_ok=True)
-        write_json(task.part / products[-1], record | _bed_record(task))
+        write_json(task.part / products[-1], record | bed_part(task.case, task.part))
+        (task.part / BED_DUMP).unlink()
         # A full disk cuts a file without an error of the engine.
         read_restart(task.part / products[0])
         if shared:
@@ -237,15 +238,14 @@ def _drop_all_but(products: tuple[str, ...], part: Path) -> None:
             path.unlink()
 
 
-def _bed_record(task: Task) -> dict:
-    """What the bed is like, for settled.json."""
+def bed_part(case: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """What settled.json says of the bed whose dump lies in a folder."""
     from mill_campaign import bed
     from mill_campaign.charge import room_of
 
-    gravity, meshed = task.case["mill"]["gravity_m_s2"], task.case["wall"]["kind"] == "mesh"
-    measured = bed.bed_record(task.part / bed.DUMP, room_of(task.case), gravity, meshed)
-    (task.part / bed.DUMP).unlink()
-    return {"settled_by": task.case["id"], **measured}
+    gravity, meshed = case["mill"]["gravity_m_s2"], case["wall"]["kind"] == "mesh"
+    measured = bed.bed_record(folder / BED_DUMP, room_of(case), gravity, meshed)
+    return {"settled_by": case["id"], **measured}
 
 
 def result(task: Task) -> None:

@@ -13,6 +13,7 @@ CASES_FOLDER = "cases"
 CASE_FILE = "case.json"
 RESULT_FILE = "result.json"
 DUMP_FOLDER = "dump"
+BED_DUMP = "settled.dump"
 # Written where the decks keep an account of the energy.
 LEDGER_FILES = ("impacts.csv", "ledger.csv")
 
