@@ -16,6 +16,7 @@ from mill_analysis.cross_section import turned
 from mill_analysis.dumps import Dump, read_dump
 from mill_analysis.run_folder import LINER, RunFolderError
 from mill_analysis.snapshots import first_dump, starts_on_rising_side
+from mill_runs.untrusted import check_regular
 
 RISING, FALLING = "#c8322b", "#2458b3"  # colours by the starting side, x < 0 and x >= 0
 WALL = "#9aa3ad"
@@ -29,8 +30,7 @@ def liner_section(stl: Path) -> np.ndarray:
     Raises:
         RunFolderError: the file is missing or holds no mesh around the axis.
     """
-    if not stl.exists():
-        raise RunFolderError(stl, "no such file", "millscale run FILE --runs DIR --only ID")
+    check_regular(stl, "millscale run FILE --runs DIR --only ID")
     mesh = pv.read(stl)
     if mesh.n_cells == 0:
         raise RunFolderError(stl, "no triangles: cut short?", "delete it and run the case again")
@@ -100,8 +100,7 @@ def save_liner(liner: Path, mill_angle: float, path: Path) -> None:
     Raises:
         RunFolderError: the mesh is missing.
     """
-    if not liner.exists():
-        raise RunFolderError(liner, "no such file", "millscale run FILE --runs DIR --only ID")
+    check_regular(liner, "millscale run FILE --runs DIR --only ID")
     mesh = pv.read(liner)
     mesh.points[:, [0, 2]] = turned(mesh.points[:, [0, 2]], mill_angle)
     _save_whole(mesh, path)

@@ -74,7 +74,8 @@ def holds(path: Path, positions: np.ndarray) -> bool:
     """
     import numpy as np
 
-    content = path.read_bytes()
+    with open_regular(path) as file:
+        content = file.read()
     found = np.zeros(len(positions), bool)
     for offset in range(np.dtype(float).itemsize):
         count = (len(content) - offset) // np.dtype(float).itemsize

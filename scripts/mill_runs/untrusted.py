@@ -65,21 +65,37 @@ def open_regular(path: Path, follow: bool = False) -> BinaryIO:
     return os.fdopen(descriptor, "rb")
 
 
-def read_bytes(path: Path, most: int, remedy: str, follow: bool = False) -> bytes:
-    """Content of a regular file of at most `most` bytes.
-
-    Raises:
-        RunFolderError: missing, no regular file, or larger.
-    """
+@contextmanager
+def _opened(path: Path, remedy: str, follow: bool) -> Iterator[BinaryIO]:
     try:
         with open_regular(path, follow) as file:
-            content = file.read(most + 1)
+            yield file
     except FileNotFoundError:
         raise RunFolderError(path, "no such file", remedy) from None
     except OSError as error:
         raise RunFolderError(path, f"cannot be read: {error.strerror}", remedy) from None
     except ValueError:
         raise RunFolderError(path, "cannot be read: a zero byte in its name", remedy) from None
+
+
+def check_regular(path: Path, remedy: str) -> None:
+    """Refuse a file that a library, which opens it by its name, would wait for.
+
+    Raises:
+        RunFolderError: missing, or no regular file.
+    """
+    with _opened(path, remedy, follow=False):
+        pass
+
+
+def read_bytes(path: Path, most: int, remedy: str, follow: bool = False) -> bytes:
+    """Content of a regular file of at most `most` bytes.
+
+    Raises:
+        RunFolderError: missing, no regular file, or larger.
+    """
+    with _opened(path, remedy, follow) as file:
+        content = file.read(most + 1)
     if len(content) > most:
         raise RunFolderError(path, f"larger than {most} bytes", remedy)
     return content

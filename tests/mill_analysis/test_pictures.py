@@ -1,5 +1,6 @@
 """Pictures of a charge."""
 
+import os
 import shutil
 
 import numpy as np
@@ -126,3 +127,11 @@ def test_drawing_that_fails_says_why(charge_folder, tmp_path, monkeypatch):
 def test_case_without_dumps_is_told(folder, tmp_path):
     with pytest.raises(RunFolderError, match="no dumps"):
         draw_pictures(folder, [1.0], tmp_path)
+
+
+def test_a_mesh_that_is_a_pipe_is_refused_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "liner.stl")
+    with pytest.raises(RunFolderError, match="not a regular file"):
+        liner_section(tmp_path / "liner.stl")
+    with pytest.raises(RunFolderError, match="no such file"):
+        liner_section(tmp_path / "other.stl")
