@@ -31,7 +31,7 @@ from mill_campaign.cli_options import (
     Slurm,
     StartOver,
     TimeLimit,
-    check_time_limit,
+    check_seconds,
     console_of,
 )
 from mill_campaign.errors import CampaignError
@@ -156,7 +156,7 @@ def run(
     )
 
     if time_limit is not None:
-        check_time_limit(time_limit)
+        check_seconds("run", "--time-limit", time_limit)
     if profile and not slurm:
         raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
     cluster = Cluster(profile) if slurm else None
@@ -187,14 +187,13 @@ def status(
         bool, typer.Option("--watch", help="Show it anew until nothing runs any more; Ctrl-C ends.")
     ] = False,
     every: Annotated[
-        float, typer.Option(metavar="S", min=0.1, help="Time between two looks [s], with --watch.")
+        float, typer.Option(metavar="S", help="Time between two looks [s], with --watch.")
     ] = 2.0,
     silence: Annotated[
         float,
         typer.Option(
             "--silence",
             metavar="S",
-            min=1.0,
             help="An engine that writes nothing for so long [s] makes no progress.",
         ),
     ] = SILENCE,
@@ -208,6 +207,8 @@ def status(
     """
     from mill_campaign.watch_status import show, watch_status
 
+    check_seconds("status", "--every", every)
+    check_seconds("status", "--silence", silence)
     if not watch:
         show(runs, silence, as_json, console_of())
         return

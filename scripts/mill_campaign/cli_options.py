@@ -75,19 +75,19 @@ Profile = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
 
 
-# Of a stage [s]; the system's timer counts no more than some centuries.
-SHORTEST_LIMIT, LONGEST_LIMIT = 0.1, 1e9
+# Times of options [s]; the system's timers count no more than some centuries.
+SHORTEST_S, LONGEST_S = 0.1, 1e9
 
 
-def check_time_limit(seconds: float) -> None:
-    """Refuse a wall time of stages that is no time.
+def check_seconds(command: str, option: str, seconds: float) -> None:
+    """Refuse a wall time that is none.
 
     Raises:
         CampaignError: says what is accepted.
     """
-    if not SHORTEST_LIMIT <= seconds <= LONGEST_LIMIT:
-        accepted = f"{SHORTEST_LIMIT:g} to {LONGEST_LIMIT:g} s; none: no such option"
-        raise CampaignError("millscale run", "--time-limit", f"got {seconds:g}", accepted)
+    if not SHORTEST_S <= seconds <= LONGEST_S:
+        accepted = f"{SHORTEST_S:g} to {LONGEST_S:g} s"
+        raise CampaignError(f"millscale {command}", option, f"got {seconds:g}", accepted)
 
 
 def console_of(stderr: bool = False) -> Console:

@@ -128,7 +128,7 @@ CAUSES = (
         r"is NaN!|[Nn]on-numeric|\bis (nan|-?inf) in line",
         "take a shorter step_s, or `advised`; look at the last rows of series.csv",
     ),
-    Cause("overlap too large", r"mill/guard: .*overlap", _LISTED),
+    Cause("overlap too large", r"mill/guard: [^;]*overlap", _LISTED),
     Cause(
         "overlap too large",
         r"balls of the settled bed overlap",
@@ -140,7 +140,7 @@ CAUSES = (
         r"(hangs in the air|still moves) after settling",
         "take a longer settle_s, or leave it out for 1.27 sqrt(R / g)",
     ),
-    Cause("lost ball", r"mill/guard: .*(left|outside|lost|faster)", _LISTED),
+    Cause("lost ball", r"mill/guard: [^;]*(left|outside|lost|faster)", _LISTED),
     Cause(
         "lost ball",
         r"[Ll]ost atoms|Out of range atoms",

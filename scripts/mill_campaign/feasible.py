@@ -32,10 +32,11 @@ def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
     Raises:
         CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall.
     """
-    _check_grooves(campaign, model)
+    grooves = _grooves(campaign, model)
     if model.study.kind == "multi-ball":
         _check_settling(campaign, model)
     return [
+        *grooves,
         *_softness(campaign, model, limits),
         *_thin(campaign, model),
         *_short(model),
@@ -54,15 +55,21 @@ def narrowest_groove(liner: mill_core.Liner) -> float:
     return min(liner.groove_width, mouth)
 
 
-def _check_grooves(campaign: Campaign, model: Model) -> None:
-    """`fix wall/mill` finds at most three contacts of a ball, those of one groove."""
+def _grooves(campaign: Campaign, model: Model) -> list[str]:
+    """`fix wall/mill` finds at most three contacts of a ball, those of one groove; on a mesh a ball
+    that is too wide for it lies on two lifters."""
     liner = model.liner
     if liner.lifters == 0:
-        return
+        return []
     diameter = 2.0 * _largest_radius(campaign, model)
     width = narrowest_groove(liner)
     if diameter < width:
-        return
+        return []
+    if campaign.wall.kind == "mesh":
+        return [
+            f"balls of {diameter:g} m are too wide for the grooves, {width:.4g} m, at S = "
+            f"{model.S:g}: they lie on the lifters"
+        ]
     most = _largest_scale(campaign, model, diameter)
     raise CampaignError(
         campaign.file,

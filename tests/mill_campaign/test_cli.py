@@ -59,6 +59,14 @@ def test_wrong_run_options_are_one_line_and_leave_nothing(millscale, arguments, 
     assert not millscale.runs.exists()
 
 
+@pytest.mark.parametrize("option", ["--every", "--silence"])
+@pytest.mark.parametrize("seconds", ["inf", "nan", "-1", "0"])
+def test_times_of_status_are_times(finished, option, seconds):
+    done = finished("status", "--watch", option, seconds)
+    assert done.returncode == 2 and done.stdout == ""
+    assert f"millscale status: {option}: got {seconds}; accepted: 0.1 to 1e+09 s" in done.stderr
+
+
 def test_a_machine_without_slurm_says_what_is_missing(millscale):
     done = millscale("run", "--slurm", PATH="")
     assert done.returncode == 2 and "millscale run: --slurm: " in done.stderr

@@ -45,6 +45,13 @@ def test_the_largest_scale_named_fits_and_a_little_more_does_not(tmp_path):
             cases(tmp_path, **mill, scaling__S=[most + 0.002])
 
 
+def test_on_a_mesh_balls_may_lie_on_the_lifters(tmp_path):
+    mesh = {"wall__kind": "mesh", "single_ball__step_s": "advised", "scaling__S": [10.0, 20.0]}
+    for case in cases(tmp_path, **mesh):
+        warned = [text for text in case["warnings"] if "they lie on the lifters" in text]
+        assert bool(warned) == (case["S"] == 20.0)
+
+
 def test_balls_that_fit_no_mill_are_told_so(tmp_path):
     narrow = {"liner__lifters": 100, "liner__lifter_top_width_m": 0.15}
     with pytest.raises(CampaignError, match="accepted: smaller balls or wider grooves"):
