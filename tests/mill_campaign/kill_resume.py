@@ -69,6 +69,8 @@ class Kill:
         next_said: about the stage that was killed, by the next run that lived long enough.
         rows_compared, rows_that_differ: of series.csv at that moment, with the uninterrupted run.
         made_again: products that were complete and yet changed since.
+        other_ranks_refused: whether a run on another number of ranks is refused then; where there
+            is nothing to go on from, it is not.
     """
 
     number: int
@@ -85,6 +87,7 @@ class Kill:
     rows_compared: int = 0
     rows_that_differ: int = 0
     made_again: list[str] = field(default_factory=list)
+    other_ranks_refused: bool = False
 
 
 def campaign_text(rotation_angle: float, restart_angle: float, balls: int) -> str:
@@ -109,19 +112,39 @@ class Campaign:
     def case(self) -> Path:
         return self.runs / "cases" / CASE
 
-    def start(self, screen: Path) -> psutil.Popen:
+    @property
+    def temporary(self) -> Path:
+        """Its temporary folder, beside the campaign file."""
+        return self.file.with_name("tmp")
+
+    def line(self, ranks: int) -> list[str]:
         # The disk that is made full is a small one.
-        line = ["run", str(self.file), "--runs", str(self.runs), "--ranks", str(self.ranks)]
-        line.append("--ignore-disk")
+        options = ["--runs", str(self.runs), "--ranks", str(ranks), "--ignore-disk"]
+        return [sys.executable, "-m", "mill_campaign.cli", "run", str(self.file), *options]
+
+    def environment(self) -> dict[str, str]:
+        self.temporary.mkdir(exist_ok=True)
+        return {**os.environ, "PYTHONUNBUFFERED": "1", "TMPDIR": str(self.temporary)}
+
+    def start(self, screen: Path) -> psutil.Popen:
         with screen.open("wb") as output:
             return psutil.Popen(
-                [sys.executable, "-m", "mill_campaign.cli", *line],
-                env={**os.environ, "PYTHONUNBUFFERED": "1"},
+                self.line(self.ranks),
+                env=self.environment(),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 preexec_fn=end_with_parent(signal.SIGKILL),
             )
+
+    def refuses_other_ranks(self) -> bool:
+        """Whether a run on one rank more or less is refused; writes nothing."""
+        line = [*self.line(1 if self.ranks > 1 else 2), "--dry-run"]
+        asked = subprocess.run(line, env=self.environment(), capture_output=True, text=True)
+        refused = asked.returncode == 2 and "--start-over" in asked.stderr
+        if asked.returncode and not refused:
+            raise RuntimeError(asked.stderr)
+        return refused
 
     def complete(self) -> dict[str, tuple[int, int]]:
         """Identity of the products of the stages that are complete."""
@@ -316,6 +339,7 @@ def kill_once(
     kill.rows_compared, kill.rows_that_differ = _compare_rows(campaign.series(), reference)
     after = campaign.complete()
     kill.made_again = [name for name in before if after.get(name) != before[name]]
+    kill.other_ranks_refused = campaign.refuses_other_ranks()
     return kill
 
 
@@ -406,6 +430,8 @@ def kill_and_resume(folder: Path, kinds: list[str], seed: int, text: str, ranks:
             record["kills"] += [asdict(kill) for kill in kills]
             shown = differences(campaign.case, whole.case)
             attempts = json.loads((campaign.case / "timing.json").read_text())["attempts"]
+            left = sorted(path.name for path in campaign.temporary.iterdir())
+            shown |= {"left_in_temporary_folder": left}
             record["finished"].append({"kills": len(kills), "attempts": attempts, **shown})
     return record
 

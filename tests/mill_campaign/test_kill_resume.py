@@ -145,7 +145,9 @@ def test_twenty_kills_of_a_campaign_change_nothing(tmp_path):
     for kill in record["kills"]:
         assert kill["rows_that_differ"] == 0 and not kill["made_again"], kill
         assert kill["lock_free_s"] < 60, kill
+        assert kill["other_ranks_refused"] == kill["next_said"].startswith("goes on"), kill
+    assert any(kill["other_ranks_refused"] for kill in record["kills"])
     for finished in record["finished"]:
         assert finished["series_rows"] == finished["dumps"] == 0
         assert not finished["series_largest"] and not finished["files_that_differ"]
-        assert not finished["results_that_differ"]
+        assert not finished["results_that_differ"] and not finished["left_in_temporary_folder"]

@@ -55,6 +55,18 @@ def test_a_missing_product_of_an_early_stage_is_made_again(finished):
     assert product.exists()
 
 
+def test_an_edit_of_a_deck_that_is_included_runs_the_stages_that_read_it(finished):
+    """And the deck is kept."""
+    deck = finished.case(SINGLE_BALLS[0]) / "integrate.in"
+    deck.write_text(deck.read_text() + "# mine\n")
+    said = finished("run", "--dry-run").stdout
+    assert f"{SINGLE_BALLS[0]}\n  rotate  (integrate.in has changed since stage rotate read" in said
+    assert finished("run").returncode == 0
+    assert deck.read_text().endswith("# mine\n")
+    assert "3 cases to do" not in finished("run", "--dry-run").stdout
+    assert f"{SINGLE_BALLS[0]}: done" in finished("run", "--dry-run").stdout
+
+
 def test_a_campaign_edit_runs_only_the_cases_it_changes(finished):
     before = finished.dates()
     # Another name and another charge: the single balls stay as they are.

@@ -11,7 +11,7 @@ from mill_campaign.resume import begin
 from mill_campaign.stage_record import read_record
 from mill_runs.digests import digest_of
 from mill_runs.layout import stage_of
-from mill_runs.provenance import write_provenance
+from mill_runs.provenance import read_provenance, write_provenance
 
 
 @pytest.fixture
@@ -70,6 +70,26 @@ def test_an_interrupted_stage_says_so(case, monkeypatch):
     work(monkeypatch, charge)
     assert stages.run_stage(case, "charge") == 130
     assert read_record(case).state == "interrupted"
+
+
+def test_a_result_appears_only_when_it_is_published(tmp_path, monkeypatch):
+    """However the stage is killed: before, there is none; afterwards it has its record."""
+    (tmp_path / "case.json").write_text(json.dumps({"id": "c", "kind": "single-ball"}))
+    for name in ("series.csv", "timing.json"):
+        (tmp_path / name).write_text("{}")
+    monkeypatch.setattr("mill_analysis.analyse_case", lambda folder: {"rows": 1}, raising=False)
+
+    def kill(task):
+        assert not (tmp_path / "result.json").exists() and (task.part / "result.json").exists()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(stages, "_publish", kill)
+        assert stages.run_stage(tmp_path, "result") == 130
+    assert not (tmp_path / "result.json").exists()
+    assert stages.run_stage(tmp_path, "result") == 0
+    made = read_provenance(tmp_path)["result"]["products"]
+    assert made == {"result.json": digest_of(tmp_path / "result.json")}
 
 
 @pytest.fixture
