@@ -13,7 +13,6 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +44,7 @@ _LOG_DIGITS, _DUMP_DIGITS = 1e-6, 1e-4
 # What damaged text does to the arithmetic.
 _NOT_UNDERSTOOD = (ValueError, KeyError, IndexError, TypeError, ArithmeticError)
 _ROW = re.compile(r"^\s+(\d+)\s+(\d+)\s+(\S+)\s+(\S+)\s*$", re.M)
+_WINDOW = re.compile(r"^fix occupancy .* from ([-+.\de]+) to ([-+.\de]+) file", re.M)
 _GRID = re.compile(r"^\s*(\d+) by (\d+) by (\d+) MPI processor grid", re.M)
 
 
@@ -204,7 +204,7 @@ def _rotated(folder: Path, case: Mapping[str, Any], stage: Stage, dumps: bool) -
                 _agree(series.name, log, step, row["mill_angle_rad"], angle, _LOG_DIGITS)
     files = [stage.products[0]]
     if case["kind"] == "multi-ball":
-        files.append(_occupancy(folder, series))
+        files.append(_occupancy(folder, series, logs[-1]))
     if case["deck"].get("ledger") == "on":
         files += [name for name in LEDGER_FILES if _is_whole(folder / name)]
     if case["deck"]["dumps"] == "on":
@@ -348,22 +348,20 @@ def _kinetic_energy(case: Mapping[str, Any], radii: np.ndarray, velocities: np.n
     return float(0.5 * (masses * (velocities**2).sum(axis=1)).sum())
 
 
-def _occupancy(folder: Path, series: _Series) -> str:
-    """Name of occupancy.csv, which is whole and of the end of the series."""
-    _is_whole(folder / OCCUPANCY_FILE)
-    text = read_text(folder / OCCUPANCY_FILE, MOST_SERIES, "")
-    row = next(csv.DictReader(text.splitlines()), {})
-    angles = series.column("mill_angle_rad")
-    try:
-        end = float(row["mill_angle_to_rad"])
-    except (KeyError, ValueError, TypeError):
-        raise NotWholeError(f"{OCCUPANCY_FILE} is not understood") from None
-    turned = max(b - a for a, b in pairwise([0.0, *angles]))
-    if abs(end - angles[-1]) > turned:
-        raise NotWholeError(
-            f"{OCCUPANCY_FILE} ends at {end:.6g} rad, {series.name} at {angles[-1]:.6g}"
-        )
-    return OCCUPANCY_FILE
+def _occupancy(folder: Path, series: _Series, log: _Log) -> str:
+    """Name of occupancy.csv, which is whole and averaged over the rows of the series that the deck
+    names by their mill angles."""
+    name = OCCUPANCY_FILE
+    _is_whole(folder / name)
+    row = next(csv.DictReader(read_text(folder / name, MOST_SERIES, "").splitlines()))
+    found = [float(row[f"mill_angle_{x}_rad"]) for x in ("from", "to")]
+    low, high = (float(x) for x in _WINDOW.findall(log.text)[-1])
+    within = [x for x in series.column("mill_angle_rad") if low <= x <= high]
+    for got, expected in zip(found, (within[0], within[-1]), strict=True):
+        if not math.isclose(got, expected, rel_tol=_LOG_DIGITS):
+            what = f"{name} has the mill angle {got:.8g} rad where {series.name} has {expected:.8g}"
+            raise NotWholeError(f"{what}: they are not of one run")
+    return name
 
 
 def _is_whole(path: Path) -> bool:
