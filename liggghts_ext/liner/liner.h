@@ -12,6 +12,9 @@ namespace millscale::liner {
 
 inline constexpr double pi = 3.14159265358979323846;
 
+/// More than any mill has; what is kept of each lifter stays small.
+inline constexpr int most_lifters = 10'000;
+
 /// What a piece of the liner is. The leading face of a lifter pushes the balls of its groove.
 enum class Face { groove = 0, leading = 1, top = 2, trailing = 3 };
 
@@ -121,8 +124,8 @@ inline void check_drum(double radius, int lifters, double phase)
   require_finite("liner radius", radius);
   if (!(radius > 0.0)) reject("liner radius", "must be > 0 m", radius);
   require_finite("phase", phase);
-  if (lifters < 0 || lifters == 1)
-    reject("lifters", "must be 0 (a plain drum), 2 or more", lifters);
+  if (lifters < 0 || lifters == 1 || lifters > most_lifters)
+    reject("lifters", "must be 0 (a plain drum), or 2 to " + std::to_string(most_lifters), lifters);
 }
 
 inline void require_zero(const char* what, double value)

@@ -33,11 +33,12 @@ class ArgumentList {
   }
   double number(const std::string& what) { return millscale::number(word(what), what); }
 
-  int count(const std::string& what)
+  int count(const std::string& what, int most = 1'000'000'000)
   {
     const double value = number(what);
-    if (value < 0.0 || value != std::floor(value) || value > 1e9)
-      throw std::invalid_argument(what + ": expected a whole number >= 0, got " + arg_[next_ - 1]);
+    if (value < 0.0 || value != std::floor(value) || value > most)
+      throw std::invalid_argument(what + ": expected a whole number from 0 to " +
+                                  std::to_string(most) + ", got " + arg_[next_ - 1]);
     return static_cast<int>(value);
   }
   double positive(const std::string& what)

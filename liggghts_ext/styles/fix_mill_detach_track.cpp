@@ -16,6 +16,7 @@
 #include "fix_mesh_surface.h"
 #include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
+#include "liner/liner.h"
 #include "modify.h"
 #include "same_liner.h"
 #include "tri_mesh.h"
@@ -88,7 +89,7 @@ void FixMillDetachTrack::parse(int narg, char** arg)
     if (key == "mill")
       mill_id_ = list.word(key);
     else if (key == "lifters")
-      mill_.lifters = list.count(key);
+      mill_.lifters = list.count(key, millscale::liner::most_lifters);
     else if (key == "lifter_top_radius")
       lifter_top_radius_ = list.positive(key);
     else if (key == "phase")

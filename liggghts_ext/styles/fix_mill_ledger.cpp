@@ -265,6 +265,11 @@ void FixMillLedger::tell()
 
 double FixMillLedger::compute_vector(int k)
 {
+  try {
+    find_mill();  // between two runs it may have been removed
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
   if (told_ != update->ntimestep) tell();
   told_ = update->ntimestep;
   return terms_[k];

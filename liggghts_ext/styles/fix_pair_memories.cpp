@@ -22,6 +22,8 @@ FixPairMemories::FixPairMemories(LAMMPS* lmp, int narg, char** arg)
 {
   // Else the engine calls set_arrays() for balls that are there, after the first list.
   just_created = 0;
+  shown_.ghostflag = shown_history_.ghostflag =
+      0;  // else the engine's destructor reads what is not set
 }
 
 FixPairMemories::~FixPairMemories()

@@ -15,7 +15,7 @@ inline constexpr const char* liner_keywords =
 inline bool read_liner_keyword(const std::string& key, ArgumentList& list, liner::Widths& widths)
 {
   if (key == "lifters")
-    widths.lifters = list.count(key);
+    widths.lifters = list.count(key, liner::most_lifters);
   else if (key == "lifter_top_radius")
     widths.lifter_top_radius = list.number(key);
   else if (key == "lifter_top_width")

@@ -191,7 +191,9 @@ TEST(DimensionErrors, PlainDrumTakesNoLifterDimensions)
   EXPECT_EQ(error_of(Widths{3.9, 0.0, 0.0, 0.0, 0, 0.0}), "");
   EXPECT_NE(error_of(Widths{3.9, 0.0, 0.0, 0.635, 0, 0.0}).find("plain drum"), std::string::npos);
   EXPECT_NE(error_of(Slopes{3.9, 0.0, 0.0, 0.1, 0, 0.0}).find("plain drum"), std::string::npos);
-  EXPECT_NE(error_of(Widths{3.9, 3.61, 0.25, 0.635, 1, 0.0}).find("2 or more"), std::string::npos);
+  EXPECT_NE(error_of(Widths{3.9, 3.61, 0.25, 0.635, 1, 0.0}).find("2 to 10000"), std::string::npos);
+  EXPECT_NE(error_of(Widths{3.9, 3.61, 1e-4, 1e-4, 10001, 0.0}).find("2 to 10000, got 10001"),
+            std::string::npos);
   EXPECT_NE(error_of(Widths{3.9, 3.61, 0.25, 0.635, -2, 0.0}).find("got -2"), std::string::npos);
 }
 

@@ -142,6 +142,18 @@ def test_a_grid_that_no_memory_holds_is_refused(tmp_path, words):
     assert "rings times sectors must be <= 10000000" in result.error
 
 
+@pytest.mark.parametrize("style", STYLES)
+def test_more_lifters_than_any_mill_has_are_refused(tmp_path, style):
+    # So thin that they fit; each takes memory.
+    thin = "lifter_top_width 3e-9 groove_width 3e-9" if "detach" not in style else ""
+    deck = _deck(tmp_path).splitlines(keepends=True)
+    deck = "".join(x for x in deck if not x.startswith(("compute detach", "fix liner")))
+    fix = f"{style} mill mill lifters 1000000000 {TOP} {thin}\n"
+    result = run(tmp_path, deck + fix + "run 1\n")
+    assert result.code != 0
+    assert "lifters: expected a whole number from 0 to 10000, got 1000000000" in result.error
+
+
 @pytest.mark.parametrize("contacts", ["stock", "fast"])
 def test_the_contact_history_cannot_be_removed_from_under_the_pair_style(tmp_path, contacts):
     deck = mill_deck(
@@ -154,3 +166,12 @@ def test_the_contact_history_cannot_be_removed_from_under_the_pair_style(tmp_pat
     # The pair style itself removes it.
     another = "pair_style gran model hertz tangential off\npair_coeff * *\nrun 5\n"
     assert run(tmp_path, deck + another).error == ""
+
+
+def test_an_energy_budget_without_its_mill_says_so_between_runs(tmp_path):
+    deck = with_contacts(_deck(tmp_path)) + "fix budget all mill/ledger mill mill\nrun 2\n"
+    result = run(tmp_path, deck + 'unfix mill\nprint "$(f_budget[4])"\n')
+    assert result.code != 0
+    assert "Fix mill/ledger (id budget): mill: 'mill' is not the id of a fix mill/similarity" in (
+        result.error
+    )
