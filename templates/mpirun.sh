@@ -18,6 +18,11 @@ if [ "$(id -u)" -eq 0 ]; then
     # Open MPI refuses root without these.
     export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 fi
+# mpirun starts all ranks on this node, as in a run of millscale, and does not ask Slurm.
+for name in $(env | sed -n -e 's/^\(SLURM_[A-Za-z0-9_]*\)=.*/\1/p' \
+    -e 's/^\(PMIX*_[A-Za-z0-9_]*\)=.*/\1/p'); do
+    unset "$name"
+done
 
 stop() {
     echo "mpirun.sh: $*" >&2
@@ -45,8 +50,9 @@ whole() {
     for file in "$@"; do
         [ -e "$file" ] || continue
         signature=$(tail -n 1 "$file" | LC_ALL=C sed -n '/^millscale restart step [0-9]* bytes /p')
+        [ -n "$signature" ] || continue
         bytes=$(echo "$signature" | cut -d ' ' -f 6)
-        if [ "$(wc -c <"$file")" -eq $((${bytes:-0} + ${#signature} + 2)) ]; then
+        if [ "$(wc -c <"$file")" -eq $((bytes + ${#signature} + 2)) ]; then
             echo "$(echo "$signature" | cut -d ' ' -f 4) $file"
         fi
     done

@@ -96,7 +96,7 @@ def _brought(folder: Path, ranks: int, stop: Callable[[Stage], bool]) -> str:
     """
     try:
         code = bring(folder, ranks, stop)
-    except (CampaignError, RunFolderError) as error:
+    except (CampaignError, RunFolderError, OSError) as error:
         return f"{folder.name}: {error}"
     if code == INTERRUPTED:
         raise KeyboardInterrupt

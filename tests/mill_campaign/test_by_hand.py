@@ -20,6 +20,7 @@ from mill_campaign.engine_run import ENGINE, find_engine
 from mill_campaign.job import bring
 from mill_campaign.stage_record import read_record
 from mill_campaign.status import campaign_status
+from mill_campaign.verify import verify
 from mill_runs.provenance import read_provenance
 
 pytestmark = pytest.mark.engine
@@ -182,6 +183,17 @@ def test_a_cut_bed_is_not_rotated(generated):
     assert not (case / "series.csv").exists()
 
 
+def test_the_script_does_not_ask_slurm(generated):
+    case = generated / BALL
+    job = {
+        "SLURM_JOB_ID": "1",
+        "SLURM_JOBID": "1",
+        "SLURM_NODELIST": "nowhere",
+        "SLURM_NNODES": "1",
+    }
+    assert "done, series.csv is complete" in by_script(case, **job, SLURM_TASKS_PER_NODE="1")
+
+
 def test_what_is_missing_is_named(generated, tmp_path):
     case = generated / BALL
     script = case / "mpirun.sh"
@@ -309,6 +321,8 @@ def test_a_run_after_runs_by_hand_does_only_what_is_missing(by_hand):
     assert {rows[case]["stage"] for case in before} == {"result"}
     assert rows[ONE]["by_hand"] == ["settle", "rotate"] and rows[BALL]["by_hand"] == ["rotate"]
     assert rows[SINGLE_BALLS[0]]["by_hand"] == [] and rows[ONE]["step"] == rows[ONE]["steps"]
+    found = [str(x) for x in verify(by_hand).differences]
+    assert len(found) == 5 and all("made by hand: millscale run or report" in x for x in found)
     file = by_hand.parent / "small.toml"
     dry = millscale("run", file, "--runs", by_hand, "--dry-run")
     assert dry.count("run by hand: taken over") == 5 and dry.count("mpirun -np") == 1
