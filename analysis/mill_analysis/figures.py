@@ -158,7 +158,9 @@ def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]], of_paper: bool = 
         power = {"constant-gravity": " = 1/S", "constant-speed": " = 1/S²"}.get(scheme, "")
         lower.set(xlabel=f"predicted ratio{power}", ylabel="deviation [%]")
         upper.set_ylabel("ratio of energy change to S = 1")
-        upper.legend()
+        # Without the paper's points and a case at S = 1 there is nothing to name.
+        if upper.get_legend_handles_labels()[0]:
+            upper.legend()
     return figure
 
 

@@ -85,8 +85,11 @@ def _page(campaign: Campaign, folder: Path) -> str:
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """A number with fixed decimals; a dash for none."""
-    return "–" if value is None else f"{value:.{digits}f}"
+    """A number with fixed decimals, or three digits if those would show none; a dash for none."""
+    if value is None:
+        return "–"
+    hidden = value != 0.0 and abs(value) < 10.0**-digits
+    return f"{value:.3g}" if hidden else f"{value:.{digits}f}"
 
 
 def percent(value: float | None, digits: int = 2) -> str:

@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 import pytest
 from synthetic_case import record_stages
 
-from mill_analysis import RunFolderError, build_report, paper, report, report_figures
+from mill_analysis import RunFolderError, build_report, figures, paper, report, report_figures
 from mill_analysis.campaign import OUTDATED, load_campaign
 from mill_analysis.report import degrees, duration, hundredths, main, number, percent
 from mill_runs.case_digest import case_digest
@@ -134,6 +134,13 @@ def test_checks_and_results_of_another_mill_hold_no_numbers_of_the_paper(of_anot
     assert all(row["paper_wall_time_h"] is None for row in other["multi_ball"])
 
 
+@pytest.mark.filterwarnings("error")
+def test_ratios_of_another_mill_without_a_reference_are_drawn_in_silence(runs):
+    rows = [dict(row, energy_ratio=None) for row in load_campaign(runs).rows]
+    figure = figures.energy_ratios("constant-gravity", rows, of_paper=False)
+    assert figure.axes[0].get_legend() is None
+
+
 def test_page_shows_ours_beside_the_paper(page):
     for value in ("A made-up CPU", "35.50", "63.90", "2.1839", "0.3874"):
         assert value in page.text
@@ -222,8 +229,8 @@ def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
     (failed / "timing.json").unlink()
     record = {"stage": "rotate", "state": "failed", "cause": "lost ball: 1 <i>", "advice": "look"}
     (failed / "stage.json").write_text(json.dumps(record))
-    for figures in ("policy_figures", "ratio_figures"):
-        monkeypatch.setattr(report_figures, figures, lambda *_: {})
+    for drawn in ("policy_figures", "ratio_figures"):
+        monkeypatch.setattr(report_figures, drawn, lambda *_: {})
     monkeypatch.setattr(report, "_energies", lambda _: [])
     page = Page(build_report(copy).read_text())
     results = json.loads((copy / "report/results.json").read_text())
@@ -268,7 +275,10 @@ def test_campaign_without_a_finished_case_is_refused(folder, tmp_path, capsys):
 def test_numbers_for_people():
     assert [hundredths(0.0123), hundredths(None)] == ["1.23", "–"]
     assert [degrees(1.0), degrees(None)] == ["57.3", "–"]
-    assert [number(1.23456, 2), number(None)] == ["1.23", "–"]
+    assert [number(1.23456, 2), number(None), number(0.0)] == ["1.23", "–", "0.000"]
+    # A small mill's energies and power are not shown as nothing.
+    assert [number(2.39e-5, 4), number(-4.2e-4)] == ["2.39e-05", "-0.00042"]
+    assert number(0.0012) == "0.001"
     assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
     assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]
 

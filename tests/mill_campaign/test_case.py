@@ -8,6 +8,7 @@ from paper_campaign import MULTI_BALL, cases
 
 from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
+from mill_campaign.parameters import parameters
 from mill_runs.case_digest import case_digest
 
 EVERY_SCHEME = {"scaling__schemes": ["constant-gravity", "constant-speed"]}
@@ -219,3 +220,22 @@ def test_a_case_is_plain_json_without_nan(tmp_path):
     document = json.loads(case.text())
     assert document["mill"]["detach_angle_deg"] is None
     assert document["mill"]["regime"] == "centrifuging"
+
+
+def test_a_case_json_of_an_analytic_wall_with_a_curvature_is_read(tmp_path):
+    """As earlier versions wrote them."""
+    case = cases(tmp_path)[0]
+    old = case.document | {"wall": case["wall"] | {"curvature_deg": 2.3}}
+    path = tmp_path / "case.json"
+    path.write_text(json.dumps(old), encoding="utf-8")
+    assert Case.load(path).document == old
+    assert "curvature_deg" not in parameters(old)
+
+
+def test_a_case_json_of_a_mesh_without_a_curvature_is_refused(tmp_path):
+    case = cases(tmp_path, wall__kind="mesh")[0]
+    wall = {key: value for key, value in case["wall"].items() if key != "curvature_deg"}
+    path = tmp_path / "case.json"
+    path.write_text(json.dumps(case.document | {"wall": wall}), encoding="utf-8")
+    with pytest.raises(CampaignError, match=r"wall\.curvature_deg: got None"):
+        Case.load(path)
