@@ -187,12 +187,12 @@ def largest_overlap(packing: Packing) -> float:
     return max(0.0, float(overlaps(packing)[1].max(initial=0.0)))
 
 
-def overlaps(packing: Packing) -> tuple[np.ndarray, np.ndarray]:
+def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of neighbours, (n, 2) int, and their overlaps [m], (n,) float, < 0 where they are
-    apart; also across the periodic ends."""
+    apart; all pairs up to a gap [m] apart are among them, also across the periodic ends."""
     centres, radii = packing.centres, packing.radii
     tree, _ = periodic_tree(packing)
-    pairs = tree.query_pairs(2.0 * radii.max(), output_type="ndarray")
+    pairs = tree.query_pairs(2.0 * radii.max() + gap, output_type="ndarray")
     apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])
     apart[:, 1] = np.minimum(apart[:, 1], packing.length - apart[:, 1])
     touching = radii[pairs].sum(axis=1)

@@ -95,6 +95,18 @@ def test_a_ball_on_the_liner_alone_is_in_contact(tmp_path, gap, meshed, held):
     assert (found["balls_in_contact"], found["largest_overlap_m"]) == (held, 0.0)
 
 
+def test_hard_balls_that_bounce_by_little_are_a_bed(tmp_path):
+    # A hundredth of the radius is 0.2 mm.
+    for gap, held in ((1.9e-4, True), (2.1e-4, False)):
+        rows = [(0.0, 0.05, z, 0.0, 0.0, 0.0, 0.02) for z in (-1.0, -1.04 - gap)]
+        path = dump(tmp_path, rows)
+        if held:
+            assert bed_record(path, Room(DRUM, 0.2), 9.81)["balls_in_contact"] == 1.0
+            continue
+        with pytest.raises(ValueError, match="hangs in the air"):
+            bed_record(path, Room(DRUM, 0.2), 9.81)
+
+
 def test_a_charge_in_the_midst_of_its_fall_is_refused(tmp_path):
     # Half of the speed of a fall through 0.02 m is 0.31 m/s.
     rows = [(0.0, 0.05, z, 0.0, 0.0, -0.33, 0.02) for z in (-1.0, -1.0399)]
