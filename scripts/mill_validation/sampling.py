@@ -16,6 +16,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from mill_analysis.charge import charge_scales
 from mill_analysis.series import Series, read_series
 from mill_bench.record import provenance
 from mill_campaign.decks import copy_decks
@@ -35,15 +38,21 @@ QUANTITIES = (
 _RUN = re.compile(r"^run\s.*$", re.M)
 
 
-def every_step(case_folder: Path, folder: Path, steps: int) -> Series:
-    """Columns of series.csv of a case that goes on from its last restart file, row by step."""
+def every_step(case_folder: Path, folder: Path, steps: int, step_s: float) -> Series:
+    """Columns of series.csv of a case that goes on from its last restart file, row by step, with a
+    time step [s]."""
     copy_decks(("mill.in",), folder)
     files = [read_restart(path) for path in case_folder.glob("mill.*.restart")]
     if not files:
         raise SystemExit(f"error: {case_folder}: no mill.*.restart; give a case that has run")
     newest = max(files, key=lambda file: file.step)
     shutil.copyfile(newest.path, folder / RESUME_FILE)
-    values = {"sample_steps": 1, "dumps": "off", "restart_steps": 10**9}
+    values = {
+        "sample_steps": 1,
+        "dumps": "off",
+        "restart_steps": 10**9,
+        "time_step": repr(step_s),
+    }
     parameters = (case_folder / "parameters.in").read_text(encoding="utf-8").splitlines()
     lines = [x for x in parameters if x.startswith("#") or x.split()[1] not in values]
     lines += [f"variable {name} string {value}" for name, value in values.items()]
@@ -86,19 +95,37 @@ def by_parity(series: Series, every: int) -> dict[str, dict[str, float]]:
     return found
 
 
-def sampled(case_folder: Path, steps: int) -> dict[str, Any]:
-    """What the rows of a case miss."""
+def torque_of(series: Series, case: dict[str, Any]) -> dict[str, float]:
+    """Torque over M g R in a series: by the work of the drive, and by weight and angular momentum.
+    """
+    time, turned = series["time_s"], np.ptp(series["mill_angle_rad"])
+    scales = charge_scales(case, series)
+    by_weight = -scales["torque"] / scales["length"] * np.trapezoid(series["centre_x_m"], time)
+    momentum = series["angular_momentum_Nms"]
+    summed = (series["drive_work_J"][-1] - series["drive_work_J"][0]) / turned
+    balance = (by_weight + momentum[-1] - momentum[0]) / np.ptp(time)
+    return {
+        "summed": float(summed / scales["torque"]),
+        "by_weight_and_momentum": float(balance / scales["torque"]),
+        "difference": float((summed - balance) / scales["torque"]),
+    }
+
+
+def sampled(case_folder: Path, steps: int, step_s: float | None = None) -> dict[str, Any]:
+    """What the rows of a case miss; with its own time step or another [s]."""
     case = read_object(case_folder / "case.json", "millscale generate")
+    own = case["time"]["step_s"]
     with tempfile.TemporaryDirectory(prefix="sampling-") as folder:
-        series = every_step(case_folder, Path(folder), steps)
-    every = case["output"]["sample_steps"]
+        series = every_step(case_folder, Path(folder), steps, step_s or own)
+    every = round(case["output"]["sample_steps"] * own / (step_s or own))
     return {
         "S": case["S"],
-        "step_s": case["time"]["step_s"],
+        "step_s": step_s or own,
         "balls": case["ball"]["count"],
         "tangential_damping": case["deck"]["tangential_damping"],
         "steps": steps,
         "sample_steps": every,
+        "torque": torque_of(series, case),
         "quantities": by_parity(series, every),
     }
 
@@ -108,11 +135,18 @@ def main() -> None:
     arguments.add_argument("cases", type=Path, nargs="+", help="folders of multi-ball cases")
     arguments.add_argument("--to", type=Path, default=Path("docs/results/sampling.json"))
     arguments.add_argument("--steps", type=int, default=STEPS, help=f"default {STEPS}")
+    arguments.add_argument(
+        "--halved", action="store_true", help="also with half of each case's time step"
+    )
     given = arguments.parse_args()
     rows = []
     for folder in given.cases:
         rows.append(sampled(folder, given.steps))
-        print(f"S = {rows[-1]['S']:g}, {rows[-1]['step_s']:g} s", flush=True)
+        if given.halved:
+            rows.append(sampled(folder, given.steps, 0.5 * rows[-1]["step_s"]))
+        for row in rows[-1 - given.halved :]:
+            difference = row["torque"]["difference"]
+            print(f"S = {row['S']:g}, {row['step_s']:g} s: {difference:.1e} M g R", flush=True)
     record = provenance() | {"command": "python -m mill_validation.sampling CASE_FOLDER..."}
     write_json(given.to, {"schema": 1, **record, "cases": rows})
 

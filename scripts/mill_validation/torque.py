@@ -8,6 +8,7 @@ row is a case; rows that differ in the seed alone are also taken together.
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ import numpy as np
 from mill_analysis.campaign import load_campaign
 from mill_analysis.run_folder import FinishedCase
 from mill_bench.record import provenance
-from mill_runs.untrusted import RunFolderError, read_object
+from mill_campaign.decks import PARAMETERS_FILE
+from mill_runs.untrusted import MOST_JSON, RunFolderError, read_object, read_text
 from mill_runs.writing import write_json, write_text
 
 Row = dict[str, Any]
@@ -35,7 +37,7 @@ def rows_of(cases: Iterable[FinishedCase]) -> Iterator[Row]:
             "seed": case["seed"],
             "balls": case["ball"]["count"],
             "step_s": case["time"]["step_s"],
-            "wall_damping": case.get("deck", {}).get("wall_damping", "on"),
+            "wall_damping": _wall_damping(one),
             "from_rad": result["mean_from_rad"],
             "to_rad": result["mean_to_rad"],
             "torque": result["dimensionless"]["torque"],
@@ -47,6 +49,14 @@ def rows_of(cases: Iterable[FinishedCase]) -> Iterator[Row]:
             "alternating": result["alternating_torque"],
             "is_steady": steady["is_steady"],
         }
+
+
+def _wall_damping(case: FinishedCase) -> str:
+    """By the deck's parameters, which may have been edited to compare the two."""
+    path = case.folder / PARAMETERS_FILE
+    text = read_text(path, MOST_JSON, "run the case again") if path.exists() else ""
+    found = re.search(r"^variable wall_damping string (\w+)$", text, re.M)
+    return found[1] if found else "on"
 
 
 def of_seeds(rows: Sequence[Row]) -> list[Row]:
@@ -131,28 +141,43 @@ def _sampling(sampling: Row) -> list[str]:
         "mill_validation.sampling`).",
         "*Alternating* is half the difference of the means over even and odd steps.",
         "",
-        "| S | quantity | mean, even steps | mean, odd steps | alternating / mean "
+        "| S | step [s] | quantity | mean, even steps | mean, odd steps | alternating / mean "
         "| scatter / mean |",
-        "|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|",
     ]
     for case in sampling["cases"]:
         for name, found in case["quantities"].items():
             mean = 0.5 * (found["even"] + found["odd"])
             lines.append(
-                f"| {case['S']:g} | {name} | {found['even']:.6g} | {found['odd']:.6g} "
+                f"| {case['S']:g} | {case['step_s']:g} | {name} "
+                f"| {found['even']:.6g} | {found['odd']:.6g} "
                 f"| {found['alternating'] / mean:.1e} | {found['scatter'] / abs(mean):.1e} |"
             )
     lines += [
         "",
+        "The torque of these stretches by its two ways, over M g R:",
+        "",
+        "| S | step [s] | steps | work | weight and angular momentum | difference |",
+        "|---|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {case['S']:g} | {case['step_s']:g} | {case['steps']} | {case['torque']['summed']:.6f} "
+        f"| {case['torque']['by_weight_and_momentum']:.6f} "
+        f"| {case['torque']['difference']:.1e} |"
+        for case in sampling["cases"]
+    ]
+    lines += [
+        "",
         "Of a largest value, rows show less than there was between them:",
         "",
-        "| S | quantity | rows every | mean of the rows | mean of the largest between rows "
+        "| S | step [s] | quantity | rows every | mean of the rows "
+        "| mean of the largest between rows "
         "| largest of the rows | largest |",
-        "|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for case in sampling["cases"]:
         lines += [
-            f"| {case['S']:g} | {name} | {case['sample_steps']} steps "
+            f"| {case['S']:g} | {case['step_s']:g} | {name} | {case['sample_steps']} steps "
             f"| {found['mean_of_rows']:.4g} "
             f"| {found['mean_of_largest']:.4g} | {found['largest_of_rows']:.4g} "
             f"| {found['largest']:.4g} |"

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from synthetic_case import finish_case, write_campaign
-from synthetic_charge import write_charge
+from synthetic_case import case_document, finish_case, write_campaign
+from synthetic_charge import charge_columns, write_charge
 
 from mill_analysis.campaign import load_campaign
-from mill_validation.sampling import QUANTITIES, by_parity
+from mill_validation.sampling import QUANTITIES, by_parity, torque_of
 from mill_validation.torque import of_seeds, page, rows_of
 
 
@@ -52,7 +52,16 @@ def test_the_page_has_a_line_for_each_charge(tmp_path):
     rows = list(rows_of(load_campaign(tmp_path).charges))
     assert [abs(row["difference"]) < 1e-6 for row in rows] == [True, True]
     about = {"command": "c", "commit": "abc", "machine": {"cpu": "x"}, "date": "2026-11-30"}
-    found = {"S": 2.6, "sample_steps": 10, "quantities": by_parity(series(), 10)}
+    torque = {"summed": 0.37, "by_weight_and_momentum": 0.369, "difference": 0.001}
+    found = {"S": 2.6, "step_s": 2e-4, "steps": 60, "sample_steps": 10, "torque": torque}
+    found["quantities"] = by_parity(series(), 10)
     text = page({"rows": rows, "seeds": of_seeds(rows), **about}, {"cases": [found]})
-    assert text.count("| 2.6 |") == len(rows) + len(of_seeds(rows)) + len(QUANTITIES) + 2
-    assert "| 2.6 | drive_torque_Nm | 3 | 2 | 2.0e-01 |" in text
+    assert text.count("| 2.6 |") == len(rows) + len(of_seeds(rows)) + len(QUANTITIES) + 3
+    assert "| 2.6 | 0.0002 | drive_torque_Nm | 3 | 2 | 2.0e-01 |" in text
+
+
+def test_the_torque_of_a_stretch_is_found_by_both_ways():
+    case = case_document("multi-ball", "constant-gravity", "paper", 2.6, balls=150)
+    found = torque_of(charge_columns(case, end=8.0), case)
+    assert found["summed"] == pytest.approx(0.37, rel=1e-9)
+    assert abs(found["difference"]) < 1e-9
