@@ -207,6 +207,7 @@ def _rotated(folder: Path, case: Mapping[str, Any], stage: Stage, dumps: bool) -
         files.append(_occupancy(folder, series, logs[-1]))
     if case["deck"].get("ledger") == "on":
         files += [name for name in LEDGER_FILES if _is_whole(folder / name)]
+        _check_ledger(_Series(folder / "ledger.csv"), series)
     if case["deck"]["dumps"] == "on":
         _check_dumps(folder, series, range(first, last + 1, output["dump_steps"]), dumps)
         files.append(DUMP_FOLDER)
@@ -362,6 +363,20 @@ def _occupancy(folder: Path, series: _Series, log: _Log) -> str:
             what = f"{name} has the mill angle {got:.8g} rad where {series.name} has {expected:.8g}"
             raise NotWholeError(f"{what}: they are not of one run")
     return name
+
+
+def _check_ledger(ledger: _Series, series: _Series) -> None:
+    """Refuse an energy budget whose changes of the kinetic energy are not those of the series."""
+    energies = series.column("kinetic_translation_J")
+    changes = ledger.column("kinetic_translation_J")
+    same_rows = ledger.steps == series.steps
+    start = energies[0] - changes[0]
+    tolerance = _LOG_DIGITS * max(map(abs, energies))
+    if not same_rows or any(
+        abs(energy - change - start) > tolerance
+        for energy, change in zip(energies, changes, strict=True)
+    ):
+        raise NotWholeError(f"{ledger.name} and {series.name} are not of one run")
 
 
 def _is_whole(path: Path) -> bool:

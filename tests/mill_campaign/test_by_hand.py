@@ -277,7 +277,7 @@ def _rows(case):
 
 # The rest is about what millscale makes of runs by hand.
 
-SEEDS = small_campaign.TEXT.replace("count = [50]", "count = [50]\nseeds = [1, 2]")
+SEEDS = small_campaign.TEXT.replace("count = [50]", "count = [50]\nseeds = [1, 2]\nledger = true")
 ONE, OTHER = f"{CHARGE}-seed1", f"{CHARGE}-seed2"
 
 
@@ -437,6 +437,7 @@ def _signed_wrong(case):
         (_edit("series.csv", r"^1190,.*\n", ""), "series.csv has step 1225 where 1190 was to be"),
         (_copy("series.csv"), "they are not of one run"),
         (_copy("series.csv", "log.rotate"), "log.rotate is not of this case.json"),
+        (_copy("ledger.csv"), "ledger.csv and series.csv are not of one run"),
         (_copy("dump"), "has its centre of mass at"),
         (lambda case: next(iter((case / "dump").iterdir())).unlink(), "no dump of step"),
         (_one_dump_more, "is of no step at which mill.in dumps"),
