@@ -39,8 +39,9 @@ class StlCheck {
       return "is UTF-16 text; save it as ASCII";
     const bool text = is_text(), read_as_text = engine_reads_text();
     if (!text && read_as_text)
-      return "is binary with a header that begins with `solid`, which the engine reads as text; "
-             "write another word there: printf STL__ | dd of=" +
+      return "is binary with a header that begins with " +
+             std::string(first_word().empty() ? "an empty line" : "`solid`") +
+             ", which the engine reads as text; write another word there: printf STL__ | dd of=" +
              name_ + " conv=notrunc";
     if (!text) return fault_of_binary();
     if (!read_as_text) return fault_of_first_word();
@@ -84,13 +85,20 @@ class StlCheck {
   {
     const std::string line = head_.substr(0, head_.find_first_of(std::string("\n#\0", 3)));
     const std::vector<std::string> words = words_of(line);
-    return words.empty() ? "" : words.front();
+    if (words.empty()) return "";
+    const std::string& word = words.front();
+    const bool quoted =
+        word.size() > 1 && (word[0] == '"' || word[0] == '\'') && word.back() == word[0];
+    return quoted ? word.substr(1, word.size() - 2) : word;  // as the engine
   }
 
+  /// A zero before the end of the line does not end it: the engine reads on, to bytes that are no
+  /// word of text.
   bool engine_reads_text() const
   {
     const std::string word = first_word();
-    return word.empty() || word == "solid";
+    const std::size_t end = head_.find_first_of(std::string("\n#\0", 3));
+    return word == "solid" || (word.empty() && end != std::string::npos && head_[end] != '\0');
   }
 
   static std::vector<std::string> words_of(const std::string& line)

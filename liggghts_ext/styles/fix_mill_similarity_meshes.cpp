@@ -161,6 +161,10 @@ void FixMillSimilarity::check_radius()
   std::vector<double>& nearest = around.nearest();
   MPI_Allreduce(MPI_IN_PLACE, nearest.data(), static_cast<int>(nearest.size()), MPI_DOUBLE, MPI_MIN,
                 world);
+  if (mesh_low_ > mesh_high_)
+    throw std::invalid_argument(
+        "mesh: the engine found no triangle in the files of the meshes; export them as text, or "
+        "begin the header of a binary file with a word that is not `solid`");
   const double factor = around.radius() / scaled_.mill.radius;
   if (!(std::abs(factor - 1.0) <= tolerance))
     throw std::invalid_argument("radius: the wall of the meshes is " + about(around.radius()) +

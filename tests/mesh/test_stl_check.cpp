@@ -56,6 +56,8 @@ TEST(StlCheck, WhatTheEngineReadsRightIsAccepted)
   EXPECT_EQ(fault(binary("exported", 3, 3)), "");
   EXPECT_EQ(fault(binary("solidworks", 3, 3)), "");  // another word than solid
   EXPECT_EQ(fault(binary("exported", 3, 3) + "more"), "");
+  EXPECT_EQ(fault(binary(std::string(80, '\0'), 3, 3)), "");
+  EXPECT_EQ(fault(binary("", 256, 256)), "");
 }
 
 TEST(StlCheck, ABinaryFileNamedSolidIsNoText)
@@ -65,6 +67,9 @@ TEST(StlCheck, ABinaryFileNamedSolidIsNoText)
               "is binary with a header that begins with `solid`, which the engine reads as text; "
               "write another word there: printf STL__ | dd of='m.stl' conv=notrunc");
   EXPECT_NE(fault(binary("solid", 3, 2)).find("is binary"), std::string::npos);
+  EXPECT_NE(fault(binary("\"solid\" mesh", 3, 3)).find("is binary"), std::string::npos);
+  for (const char* begin : {"\nmesh", "# mesh", "  \n"})
+    EXPECT_NE(fault(binary(begin, 3, 3)).find("begins with an empty line"), std::string::npos);
   EXPECT_NE(fault(binary("solid", 3, 3), "it's.stl").find("dd of='it'\\''s.stl' "),
             std::string::npos);
 }

@@ -54,10 +54,11 @@ def test_a_file_the_engine_reads_wrongly_is_refused(tmp_path, stl, style, ranks)
 
 def test_what_the_messages_advise_makes_the_file_good(tmp_path, stl):
     (tmp_path / "binary.stl").write_bytes(_binary(stl, b"STL__ liner"))
+    (tmp_path / "zeros.stl").write_bytes(_binary(stl, bytes(80)))
     upper = str.maketrans(string.ascii_uppercase, string.ascii_lowercase)
     (tmp_path / "lower.stl").write_text(stl.upper().translate(upper))
     triangles = stl.count("endfacet")
-    for name in ("liner.stl", "binary.stl", "lower.stl"):
+    for name in ("liner.stl", "binary.stl", "zeros.stl", "lower.stl"):
         result = run(tmp_path, _deck(name) + BALL + WALL + "run 0\n")
         assert result.code == 0
         assert f"containing {triangles} triangle(s) successful" in result.text
