@@ -19,6 +19,7 @@ LARGEST_FILE_BYTES = 1 << 20
 KINDS = ("single-ball", "multi-ball")
 # As `case_id` makes them; also the name of the case's folder.
 CASE_ID = re.compile(r"(sb|mb)-[a-z]{2}-[a-z-]{1,20}-S[0-9]{1,9}\.[0-9]{3}(-seed[0-9]{1,10})?")
+DIGEST = re.compile(r"[0-9a-f]{64}")
 # A word of a deck: `liner.stl`, `history`, `constant-gravity`.
 DECK_WORD = re.compile(r"[a-z][a-z0-9_-]{0,40}(\.[a-z]{1,8})?")
 MOST_BALLS, MOST_STEPS, MOST_RANKS = 10**9, 10**15, 10**5
@@ -88,6 +89,9 @@ def check_case(path: Path, document: Mapping[str, Any]) -> None:
     case_id = document.get("id")
     if not isinstance(case_id, str) or not CASE_ID.fullmatch(case_id):
         raise CampaignError(path, "id", f"got {_shown(case_id)}", "such as sb-cg-paper-S1.000")
+    digest = document.get("digest")
+    if not isinstance(digest, str) or not DIGEST.fullmatch(digest):
+        raise CampaignError(path, "digest", f"got {_shown(digest)}", f"a SHA-256; {_REMEDY}")
     for key, value in _leaves(path, document):
         _check_leaf(path, key, value)
     if not isinstance(document.get("allow_centrifuging"), bool):

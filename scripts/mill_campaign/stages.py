@@ -46,8 +46,7 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
     """
     # Not through Case: what it needs takes longer to load than most stages take.
     case = read_case(folder / CASE_FILE)
-    if "schema" in case:
-        check_case(folder / CASE_FILE, case)
+    check_case(folder / CASE_FILE, case)
     stage = stage_of(case["kind"], name)
     screen = folder / f"out.{name}"
     with hold(folder) as lock:

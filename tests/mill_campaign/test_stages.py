@@ -3,8 +3,11 @@
 import json
 
 import pytest
+from small_campaign import TEXT
 
 from mill_campaign import stage_work, stages
+from mill_campaign.case import cases_of
+from mill_campaign.config_build import load_campaign
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import LOCK_FILE, hold
 from mill_campaign.resume import begin
@@ -14,9 +17,17 @@ from mill_runs.layout import stage_of
 from mill_runs.provenance import read_provenance, write_provenance
 
 
+@pytest.fixture(scope="session")
+def cases(tmp_path_factory):
+    """A case of each kind."""
+    file = tmp_path_factory.mktemp("small") / "small.toml"
+    file.write_text(TEXT)
+    return {case.kind: case for case in cases_of(load_campaign(file))}
+
+
 @pytest.fixture
-def case(tmp_path):
-    (tmp_path / "case.json").write_text(json.dumps({"id": "c", "kind": "multi-ball"}))
+def case(tmp_path, cases):
+    (tmp_path / "case.json").write_text(cases["multi-ball"].text())
     return tmp_path
 
 
@@ -72,9 +83,21 @@ def test_an_interrupted_stage_says_so(case, monkeypatch):
     assert read_record(case).state == "interrupted"
 
 
-def test_a_result_appears_only_when_it_is_published(tmp_path, monkeypatch):
+def test_a_case_that_is_not_accepted_is_not_begun(case, monkeypatch):
+    document = json.loads((case / "case.json").read_text())
+    work(monkeypatch, None)
+    for key in ("schema", "digest", "deck"):
+        changed = {name: value for name, value in document.items() if name != key}
+        changed |= {"ball": document["ball"] | {"radius_m": "$(step)"}} if key == "schema" else {}
+        (case / "case.json").write_text(json.dumps(changed))
+        with pytest.raises(CampaignError):
+            stages.run_stage(case, "charge")
+    assert not (case / "stage.json").exists()
+
+
+def test_a_result_appears_only_when_it_is_published(tmp_path, cases, monkeypatch):
     """However the stage is killed: before, there is none; afterwards it has its record."""
-    (tmp_path / "case.json").write_text(json.dumps({"id": "c", "kind": "single-ball"}))
+    (tmp_path / "case.json").write_text(cases["single-ball"].text())
     for name in ("series.csv", "timing.json"):
         (tmp_path / name).write_text("{}")
     monkeypatch.setattr("mill_analysis.analyse_case", lambda folder: {"rows": 1}, raising=False)
@@ -93,11 +116,11 @@ def test_a_result_appears_only_when_it_is_published(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def rotated(tmp_path, monkeypatch):
+def rotated(tmp_path, cases, monkeypatch):
     """A rotation that was stopped when all but its last products were in place."""
     monkeypatch.setenv("MILLSCALE_ENGINE", "/bin/true")
-    document = {"id": "c", "kind": "multi-ball", "time": {"settle_steps": 0, "steps": 10}}
-    (tmp_path / "case.json").write_text(json.dumps(document))
+    document = cases["multi-ball"].document
+    (tmp_path / "case.json").write_text(cases["multi-ball"].text())
     (tmp_path / "mill.in").write_text("run")
     task = stage_work.Task(stage_of("multi-ball", "rotate"), document, tmp_path, None, 1, 0, None)
     begin(stage_work.run_of(task.stage, task.case, task.folder, 1))
