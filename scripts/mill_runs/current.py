@@ -7,7 +7,6 @@ that read them are to run again.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,8 @@ from typing import Any
 from mill_runs.case_digest import case_digest
 from mill_runs.digests import Digests
 from mill_runs.layout import CASE_FILE, STAGES, Stage
-from mill_runs.provenance import PROVENANCE_FILE, read_provenance
+from mill_runs.provenance import read_provenance
 from mill_runs.untrusted import RunFolderError, read_object
-
-# The last folder whose dumps were asked for: a large case has thousands.
-_RECORDS: dict[str, tuple[str | None, list[dict[str, Any]]]] = {}
 
 
 def unfinished(folder: Path, kind: str, case_changed: bool = False) -> list[tuple[Stage, str]]:
@@ -60,22 +56,12 @@ def why_stale(folder: Path, kind: str, upto: str = "result") -> str:
 def is_as_made(folder: Path, name: str) -> bool:
     """Whether a file that accompanies the products of a stage, such as a dump, is the one that the
     stage made; true if nothing of its folder is recorded."""
-    products = [record["products"] for record in _recorded(folder)]
+    products = [record["products"] for record in read_provenance(folder).values()]
     digest = next((x[name] for x in products if name in x), None)
     if digest is None:
         inside = f"{name.rpartition('/')[0]}/"
         return not any(other.startswith(inside) for x in products for other in x)
     return Digests(folder).of(name) == digest
-
-
-def _recorded(folder: Path) -> list[dict[str, Any]]:
-    """Records of the stages, read anew only when provenance.json has changed."""
-    digest = Digests(folder).of(PROVENANCE_FILE)
-    place = os.fspath(folder)
-    if place not in _RECORDS or _RECORDS[place][0] != digest:
-        _RECORDS.clear()
-        _RECORDS[place] = digest, list(read_provenance(folder).values())
-    return _RECORDS[place][1]
 
 
 class _Made:

@@ -93,6 +93,17 @@ def keep(folder: Path) -> None:
         write_json(folder / CACHE_FILE, {"schema": 1, "digests": rows})
 
 
+def rested_state(path: Path) -> _State | None:
+    """What tells the content of a regular file from any other that it may get; None if there is
+    none, or if it was written so lately that it cannot be told."""
+    try:
+        found = path.lstat()
+    except (OSError, ValueError):
+        return None
+    rested = time.time_ns() - found.st_ctime_ns > RESTED_NS
+    return _state(found) if rested and stat.S_ISREG(found.st_mode) else None
+
+
 def _state(found: os.stat_result) -> _State:
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino
 

@@ -6,10 +6,12 @@ are published; who made it and on what machine stands beside the digests.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mill_runs.digests import rested_state
 from mill_runs.untrusted import RunFolderError, read_object, understood
 from mill_runs.writing import write_json
 
@@ -17,9 +19,22 @@ PROVENANCE_FILE = "provenance.json"
 SCHEMA = 1
 
 
+# Of the folder that was asked for last: several questions are asked of a case.
+_LAST: dict[str, tuple[Any, dict[str, Any]]] = {}
+
+
 def read_provenance(folder: Path) -> dict[str, Any]:
-    """Stage name -> what provenance.json says of it; empty if there is none that can be read."""
+    """Stage name -> what provenance.json says of it; empty if there is none that can be read. To be
+    read, not changed."""
     path = folder / PROVENANCE_FILE
+    place, state = os.path.abspath(path), rested_state(path)  # noqa: PTH100
+    if place not in _LAST or state is None or _LAST[place][0] != state:
+        _LAST.clear()
+        _LAST[place] = state, _read(path)
+    return _LAST[place][1]
+
+
+def _read(path: Path) -> dict[str, Any]:
     try:
         content = read_object(path, "")
         with understood(path, ""):
