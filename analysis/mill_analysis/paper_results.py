@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import shlex
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -69,8 +70,11 @@ def origin(runs: Sequence[Path], machine: str, commit: str) -> dict[str, Any]:
     ranks = sorted({charge.timing["ranks"] for charge in charges})
     return {
         "command": [
-            *(f"millscale run {Path(file).name} --runs {run}" for run, file in files.items()),
-            "python -m mill_analysis.paper_results " + " ".join(str(run) for run in runs),
+            *(
+                shlex.join(["millscale", "run", Path(file).name, "--runs", str(run)])
+                for run, file in files.items()
+            ),
+            shlex.join(["python", "-m", "mill_analysis.paper_results", *map(str, runs)]),
         ],
         "commit": commit or _commit(),
         "machine": "; ".join([*known, *([machine] if machine else [])]),

@@ -71,8 +71,7 @@ def run_workflow(
         process = subprocess.Popen(
             line,
             cwd=runs,
-            # A module in the runs folder must not be run, whoever starts a Python.
-            env={**os.environ, "PYTHONUNBUFFERED": "1", "PYTHONSAFEPATH": "1"},
+            env=_environment(),
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=subprocess.STDOUT,
@@ -91,6 +90,16 @@ def run_workflow(
             # Killed: a job that it had just begun does not know yet that its parent has died.
             _end(process)
     return process.returncode
+
+
+def _environment() -> dict[str, str]:
+    """Of the workflow: no module in the runs folder is run, whoever starts a Python there.
+
+    Python looks up relative entries of its path where it runs, an empty one too.
+    """
+    entries = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
+    path = os.pathsep.join(str(Path(entry).absolute()) for entry in entries)
+    return {**os.environ, "PYTHONPATH": path, "PYTHONUNBUFFERED": "1", "PYTHONSAFEPATH": "1"}
 
 
 def last_problem(runs: Path) -> str:

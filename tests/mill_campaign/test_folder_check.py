@@ -108,6 +108,16 @@ def test_no_module_of_the_runs_folder_is_run(finished, name):
     assert (finished.case(BALL) / "result.json").exists() and not said.exists()
 
 
+@pytest.mark.parametrize("entry", ["", "."])
+def test_a_relative_python_path_is_that_of_the_command_not_of_the_runs_folder(finished, entry):
+    said = finished.runs / "was-run"
+    (finished.runs / "psutil.py").write_text(f"open({str(said)!r}, 'w')")
+    (finished.case(BALL) / "result.json").unlink()
+    path = os.pathsep.join([entry, finished.environment()["PYTHONPATH"]])
+    assert finished("run", PYTHONPATH=path).returncode == 0
+    assert (finished.case(BALL) / "result.json").exists() and not said.exists()
+
+
 @pytest.mark.parametrize(
     "case_id", ["../../escaped", "/tmp/escaped", "sb-cg-paper-S1.000/..", "", 3]
 )
