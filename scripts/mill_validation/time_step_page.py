@@ -27,22 +27,23 @@ step, and all contacts of a ball add up. Past the limit a bed does not explode, 
 bounds what grows; it dissipates too much and nothing says so.
 
 `tangential_damping = "bounded"` in [model] divides the tangential coefficient of a contact by
-1 + dt (D_i / m_i + D_j / m_j), D being the sum of the coefficients of a ball's contacts one step
-earlier. For dt to 0 the divisor is 1. The linear limit for four contacts per ball at the mean
+1 + dt (D_i / m_i + D_j / m_j), D being the sum of the coefficients of a ball's contacts, walls
+included, one step earlier; that of a contact with the analytic wall by 1 + dt D / m
+(`contact/damping_bound.h`). For dt to 0 the divisor is 1. The linear limit for four contacts per ball at the mean
 overlap of the S = 2.6 mill rises from 1.01e-4 s to 1.73e-4 s. Normal damping stays as it is: a pair
 of balls meets head-on as before.
 
 Paths: `stock` is `pair_style gran` with the mesh wall; the others are `surface fast` with
 `fix wall/mill`: `plain` with the damping of stock, `default` bounded, `mixed` that in mixed
-precision.
+precision. What the step does to the torque of the mill: [torque.md](torque.md).
 
 ![time-step](results/time-step.png)
 """
 _MILL = """
 ## The mill
 
-S = 2.6, settings of `campaigns/study-S2.6.toml` ([study.md](study.md)): means over the second half
-of the rotation, difference from the reference (plain damping, an eighth of the default's step) in
+S = 2.6, settings of `campaigns/study-S2.6.toml` ([study.md](study.md)): means over the window of
+the report (the second half of the rotation before 2026-11-30), difference from the reference (plain damping, an eighth of the default's step) in
 per cent, in brackets the range of the seeds; contour and curtain with what chance alone does to
 them. Reference: {reference}. Stopped: by `fix mill/guard`, with the ball and the reason.
 
