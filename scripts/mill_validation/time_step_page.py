@@ -29,7 +29,8 @@ bounds what grows; it dissipates too much and nothing says so.
 `tangential_damping = "bounded"` in [model] divides the tangential coefficient of a contact by
 1 + dt (D_i / m_i + D_j / m_j), D being the sum of the coefficients of a ball's contacts, walls
 included, one step earlier; that of a contact with the analytic wall by 1 + dt D / m
-(`contact/damping_bound.h`). For dt to 0 the divisor is 1. The linear limit for four contacts per ball at the mean
+(`contact/damping_bound.h`). For dt to 0 the divisor is 1.
+The linear limit for four contacts per ball at the mean
 overlap of the S = 2.6 mill rises from 1.01e-4 s to 1.73e-4 s. Normal damping stays as it is: a pair
 of balls meets head-on as before.
 
@@ -43,7 +44,8 @@ _MILL = """
 ## The mill
 
 S = 2.6, settings of `campaigns/study-S2.6.toml` ([study.md](study.md)): means over the window of
-the report (the second half of the rotation before 2026-11-30), difference from the reference (plain damping, an eighth of the default's step) in
+the report (the second half of the rotation before 2026-11-30),
+difference from the reference (plain damping, an eighth of the default's step) in
 per cent, in brackets the range of the seeds; contour and curtain with what chance alone does to
 them. Reference: {reference}. Stopped: by `fix mill/guard`, with the ball and the reason.
 
