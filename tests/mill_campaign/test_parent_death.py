@@ -1,5 +1,7 @@
 """A child that ends with its parent, and the lock that it then frees."""
 
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -9,6 +11,7 @@ import pytest
 
 from mill_campaign.errors import CampaignError
 from mill_campaign.folder_lock import hold
+from mill_campaign.workflow import WORKFLOW_LOG, run_workflow
 
 PARENT = """
 import signal, subprocess, sys
@@ -81,3 +84,19 @@ def test_the_lock_of_a_living_process_is_not(family, tmp_path):
     with pytest.raises(CampaignError, match=f"in use by process {parent.pid} on"), hold(tmp_path):
         pass
     assert time.monotonic() - begin < 5.0
+
+
+def test_what_a_killed_workflow_had_just_begun_is_ended(tmp_path):
+    """A job that does not watch its parent yet: the parent's end is nothing to it."""
+    job = "import time; time.sleep(60)"
+    lines = (
+        "import os, subprocess, sys",
+        f"print(subprocess.Popen([sys.executable, '-c', {job!r}]).pid, flush=True)",
+        "os.kill(os.getpid(), 9)",
+    )
+    lock = os.open(tmp_path / "lock", os.O_CREAT | os.O_RDWR)
+    code = run_workflow(tmp_path, [sys.executable, "-c", "\n".join(lines)], lock, lambda: None)
+    os.close(lock)
+    assert code == -signal.SIGKILL
+    begun = int((tmp_path / WORKFLOW_LOG).read_text())
+    assert not psutil.pid_exists(begun) or psutil.Process(begun).status() == psutil.STATUS_ZOMBIE

@@ -7,6 +7,10 @@ import shutil
 import pytest
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 
+from mill_campaign import stage_record
+from mill_campaign.generate import generate
+from mill_runs.case_digest import case_digest
+
 OTHER_STEP = TEXT.replace("step_s = 1e-4", "step_s = 0.5e-4", 1)
 
 
@@ -97,15 +101,18 @@ def test_cases_written_and_not_run_are_not_done(finished):
 
 
 def test_a_failure_of_the_case_before_it_was_changed_is_no_longer_told(finished):
-    (finished.case(SINGLE_BALLS[0]) / "timing.json").unlink()
-    assert finished("run", STAND_IN_FAIL=SINGLE_BALLS[0]).returncode == 1
+    case = finished.case(SINGLE_BALLS[0])
+    (case / "liner.stl").unlink()
+    digest = case_digest(json.loads((case / "case.json").read_text()))
+    record = stage_record.begin(case, "mesh", digest)
+    stage_record.end(case, record, "failed", "no memory")
     # Copied, so that every date is later than the failure.
     shutil.copytree(finished.runs, finished.runs.with_name("copy"), copy_function=shutil.copyfile)
     shutil.rmtree(finished.runs)
     finished.runs.with_name("copy").rename(finished.runs)
     assert states(finished)[SINGLE_BALLS[0]][0] == "failed"
     finished.file.write_text(OTHER_STEP)
-    assert finished("generate").returncode == 0
+    generate(finished.file, finished.runs)
     assert states(finished)[SINGLE_BALLS[0]][0] == "waiting"
 
 
