@@ -28,7 +28,13 @@ _TYPED_FOR |= dict.fromkeys("\u201c\u201d\u201e\u201f\u00ab\u00bb", '"')
 _TYPED_FOR |= dict.fromkeys("\u2018\u2019\u201a\u201b\u2039\u203a", "'")
 _TYPED_FOR |= dict.fromkeys("\u200b\u200c\u200d\u2060\ufeff\u00ad", " ") | {"\u00d7": "*"}
 _SAID_OF = {" ": "a plain space, or nothing", "-": "a hyphen-minus, -"}
-_DECIMAL_COMMA = re.compile(r"\s*\w+\s*=\s*([+-]?\d+,\d+(?:[eE][+-]?\d+)?)\s*(?:#.*)?$")
+# The parser takes a time that grows with the square of the parts: minutes for a file of 1 MiB.
+_LONG_KEY = re.compile(
+    r"""(?:\.[ \t]*+(?:"[^"\n]{0,512}+"|'[^'\n]{0,512}+'|[\w-]{1,512}+)[ \t]*+){20}"""
+)
+_DECIMAL_COMMA = re.compile(
+    r"\s*\w+\s*=\s*([+-]?\d{1,40},\d{1,40}(?:[eE][+-]?\d{1,40})?)\s*(?:#.*)?$"
+)
 
 Section = Mapping[str, Any]
 
@@ -84,6 +90,9 @@ def parse_toml(path: Path) -> dict[str, Any]:
     except RunFolderError as error:
         raise CampaignError(path, "", error.cause, "a TOML file of a page or so") from None
     text = _text(path, content)
+    if found := _LONG_KEY.search(text):
+        cause = f"a key of over 20 parts {_place(text, found.start())}"
+        raise CampaignError(path, "", cause, "[section] and key = value")
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as cause:

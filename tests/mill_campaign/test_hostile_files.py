@@ -209,3 +209,29 @@ def results_of(runs):
     from mill_analysis.campaign import load_campaign
 
     load_campaign(runs).results()
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["a." * 500_000 + "a = 1", "[" + "a." * 500_000 + "a]", '"#" . ' * 170_000 + "a = 1",
+     "a = " + "[" * 1_000_000, "a = " + "{a = " * 200_000, "a = 1,5" + "0" * 1_000_000,
+     "a" * 1_000_000 + " = 1", "[" + "a" * 1_000_000 + "]", "a = " + "9" * 1_000_000],
+    ids=["dotted key", "deep table", "quoted", "brackets", "braces", "comma", "key", "table",
+         "number"],
+)  # fmt: skip
+def test_a_campaign_file_that_takes_long_to_parse_is_refused_at_once(tmp_path, content):
+    command = small(tmp_path)
+    command.file.write_text(content[: (1 << 20) - 1])
+    begin = time.process_time()
+    done = command("plan")
+    check(done, time.process_time() - begin)
+    assert done.returncode == 2 and len(done.stderr) < 5000
+
+
+def test_text_with_many_points_is_no_long_key(tmp_path):
+    command = small(tmp_path)
+    about = 'about = "www.a.b.c ... 1.0.0, see e.g. 3.2.1"'
+    text = command.file.read_text().replace("[campaign]", f"# {'.' * 60}\n[campaign]\n{about}")
+    ratios = [1.0 + 0.1 * i for i in range(30)]
+    command.file.write_text(text.partition("[multi_ball]")[0].replace("[1.0, 2.0]", f"{ratios}"))
+    assert command("plan").returncode == 0
