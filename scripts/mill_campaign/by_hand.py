@@ -265,7 +265,7 @@ def _decks(folder: Path, stage: Stage) -> dict[str, str]:
 def _log(path: Path, case: Mapping[str, Any], stage: Stage, decks: Mapping[str, str]) -> _Log:
     """A log that is of this case and its decks."""
     if not path.exists():
-        raise NotWholeError(f"no {path.name} tells how it was made")
+        raise NotWholeError(f"no {path.name} shows how it was made")
     text = read_log(path)
     digest = f"variable case_digest string {parameters(case)['case_digest']}"
     if digest not in text:
@@ -299,7 +299,7 @@ def _begun_from(folder: Path, case: Mapping[str, Any], log: _Log, step: int) -> 
 def _run(
     folder: Path, stage: Stage, logs: list[_Log], first: int, files: tuple[str, ...]
 ) -> HandRun:
-    """The run that logs tell of. Wall time is that of the time loop: no log has more."""
+    """The run that logs are of. Wall time is that of the time loop: no log has more."""
     final = logs[-1]
     loop = loop_timing(final.text)
     before = Cost()

@@ -56,7 +56,7 @@ def difference(log: str, decks: Mapping[str, str], deck: str) -> str:
 
 
 def _commands(text: str) -> Iterator[str]:
-    """The lines of a deck as the engine reads them: joined at `&`, blanks told as one."""
+    """The lines of a deck as the engine reads them: joined at `&`, blanks reduced to one."""
     joined = re.sub(r"&[ \t]*\n", "", text)
     for line in joined.splitlines():
         if line.strip():

@@ -26,7 +26,7 @@ def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
     physical, mill, ball, time = (case[part] for part in ("physical", "mill", "ball", "time"))
     x, y, z = ball.get("start_m", (0.0, 0.0, 0.0))
     return {
-        # No deck uses it: the engine's log, which repeats this file, tells the case of a run.
+        # No deck uses it: the engine's log, which repeats this file, names the case of a run.
         "case_digest": f"sha256-{case['digest']!s:.32}",
         "mill_radius_physical": physical["radius_m"],
         "gravity_physical": physical["gravity_m_s2"],

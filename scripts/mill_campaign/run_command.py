@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from mill_campaign import by_hand_look
+from mill_campaign import by_hand_status
 from mill_campaign.case import Case, cases_of
 from mill_campaign.cluster import check_profile, node_cores, slurm_options
 from mill_campaign.config_build import load_campaign
@@ -137,14 +137,14 @@ def dry_run_campaign(asked: Request) -> str:
         left = unfinished(folder, case.kind, case_changed=case.id in changed)
         waiting += bool(left)
         lines.append(case.id if left else f"{case.id}: done")
-        seen = by_hand_look.look(folder, case.document, [stage for stage, _ in left])
+        found = by_hand_status.find(folder, case.document, [stage for stage, _ in left])
         for stage, reason in left:
-            if stage in seen.stages:
+            if stage in found.stages:
                 reason = "run by hand: taken over"
-            elif seen.problem and stage.products[0] in seen.problem:
-                reason = seen.problem
+            elif found.problem and stage.products[0] in found.problem:
+                reason = found.problem
             lines.append(f"  {stage.name:<7} ({reason})")
-            if stage.deck and stage not in seen.stages:
+            if stage.deck and stage not in found.stages:
                 lines.append(f"    in {folder}: {_command(engine, stage, case, asked.allocation)}")
     use = asked.allocation
     lines.append(
@@ -171,7 +171,7 @@ def run_campaign(asked: Request, console: Console) -> bool:
             if asked.start_over:
                 drop_attempts(folder, case.kind)
             attempt = attempt_of(folder, case.document)
-            note = (attempt and attempt.note) or by_hand_look.note(folder, case.document)
+            note = (attempt and attempt.note) or by_hand_status.note(folder, case.document)
             if note:
                 note = f"{case.id}: {note}"
                 console.print(note, markup=False, highlight=False, soft_wrap=True)
@@ -202,7 +202,7 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     jobs = jobs_of(left, asked.allocation, asked.rates, asked.cluster is not None)
     if not jobs:
         return 0
-    engines = [x for x in left if not by_hand_look.is_rotated(folders[x.id], x.document)]
+    engines = [x for x in left if not by_hand_status.is_rotated(folders[x.id], x.document)]
     record_predictions(asked.runs, engines, asked.allocation, asked.rates)
     if asked.cluster:
         executor = slurm_options(asked.cluster.profile, asked.allocation.jobs)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mill_campaign.by_hand import is_recorded
-from mill_campaign.by_hand_look import Seen, look
+from mill_campaign.by_hand_status import Found, find
 from mill_campaign.case import Case
 from mill_campaign.errors import CampaignError
 from mill_campaign.failures import (
@@ -133,12 +133,12 @@ def case_status(
     """
     kind, balls = case.kind, case["ball"]["count"]
     left = [stage for stage, _ in unfinished(folder, kind, case_changed=outdated)]
-    seen = Seen() if outdated else look(folder, case.document, left)
-    made = [x.name for x in STAGES[kind] if is_recorded(folder, x) or x in seen.stages]
-    left = left[len(seen.stages) :]
-    by_hand = bool(left) and left[0].deck != "" and (seen.running or seen.problem != "")
+    found = Found() if outdated else find(folder, case.document, left)
+    made = [x.name for x in STAGES[kind] if is_recorded(folder, x) or x in found.stages]
+    left = left[len(found.stages) :]
+    by_hand = bool(left) and left[0].deck != "" and (found.running or found.problem != "")
     record = None if outdated or by_hand else _record_of_next(folder, left, case)
-    state = ("running" if seen.running else "failed") if by_hand else _state(left, record)
+    state = ("running" if found.running else "failed") if by_hand else _state(left, record)
     now = Progress(0, 0.0)
     if left and left[0].deck and state in ("running", "failed", "interrupted"):
         now = stage_progress(folder, case, left[0], by_hand)
@@ -151,8 +151,8 @@ def case_status(
         rate = balls * (now.step - now.begun) / (now.at - began)
     silent = _silent(folder, record) if state == "running" and left[0].deck and record else None
     problem = _problem(state, record, silent, max(silence, _FEW_ROWS * _row_time(case, rate)))
-    if by_hand and seen.problem:
-        problem = Failure(BY_HAND, f"{BY_HAND}: {seen.problem}", advice_of(BY_HAND, seen.problem))
+    if by_hand and found.problem:
+        problem = Failure(BY_HAND, f"{BY_HAND}: {found.problem}", advice_of(BY_HAND, found.problem))
     return CaseStatus(
         id=case.id,
         kind=kind,

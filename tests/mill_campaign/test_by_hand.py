@@ -432,7 +432,7 @@ def _signed_wrong(case):
             "does not repeat the line `compute charge",
         ),
         (_edit("log.rotate", "^Loop time.*$", ""), "log.rotate ends at step 4243 of 4243"),
-        (lambda case: (case / "log.rotate").unlink(), "no log.rotate tells how it was made"),
+        (lambda case: (case / "log.rotate").unlink(), "no log.rotate shows how it was made"),
         (_cut_series, "series.csv has step"),
         (_edit("series.csv", r"^1190,.*\n", ""), "series.csv has step 1225 where 1190 was to be"),
         (_copy("series.csv"), "they are not of one run"),
@@ -480,7 +480,7 @@ def test_after_an_edit_of_the_campaign_runs_by_hand_are_those_of_before(by_hand)
     assert engine_files(case) == before
 
 
-def test_a_run_by_hand_that_was_ended_early_is_told_and_goes_on(long_once, tmp_path, wait_for):
+def test_a_run_by_hand_that_was_ended_early_is_shown_and_goes_on(long_once, tmp_path, wait_for):
     whole, generated = long_once
     runs = tmp_path / "runs"
     shutil.copytree(generated.parent.parent, runs)

@@ -18,8 +18,8 @@ _LONGEST_HOLDER = 200
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What a look at the engine stages left of a case finds.
+class Found:
+    """What was run by hand among the engine stages left of a case.
 
     Attributes:
         stages: those that were run by hand and can be used, from the first one left on.
@@ -32,11 +32,11 @@ class Seen:
     running: bool = False
 
 
-# Results of `look` by case folder and stage, with the state of the files that they are of.
-_LOOKED: dict[tuple[Path, str], tuple[object, str]] = {}
+# Results of `find` by case folder and stage, with the state of the files that they are of.
+_KNOWN: dict[tuple[Path, str], tuple[object, str]] = {}
 
 
-def look(folder: Path, case: Mapping[str, Any], left: Sequence[Stage]) -> Seen:
+def find(folder: Path, case: Mapping[str, Any], left: Sequence[Stage]) -> Found:
     """What was run by hand of the stages left of a case; reads no dumps, writes nothing."""
     running = _is_running(folder)
     usable: list[Stage] = []
@@ -44,24 +44,24 @@ def look(folder: Path, case: Mapping[str, Any], left: Sequence[Stage]) -> Seen:
         if not is_there(folder, stage):
             break
         if problem := _problem(folder, case, stage):
-            return Seen(tuple(usable), "" if running else problem, running)
+            return Found(tuple(usable), "" if running else problem, running)
         usable.append(stage)
-    return Seen(tuple(usable), "", running)
+    return Found(tuple(usable), "", running)
 
 
 def note(folder: Path, case: Mapping[str, Any]) -> str:
     """What the next run does about stages that were run by hand; empty if there are none."""
     left = [stage for stage, _ in unfinished(folder, case["kind"])]
-    seen = look(folder, case, left)
-    names = " and ".join(stage.name for stage in seen.stages)
+    found = find(folder, case, left)
+    names = " and ".join(stage.name for stage in found.stages)
     return f"{names} run by hand: taken over, only what is missing is run" if names else ""
 
 
 def is_rotated(folder: Path, case: Mapping[str, Any]) -> bool:
     """Whether the engine has nothing left to do in a case, some of it by hand."""
     left = [stage for stage, _ in unfinished(folder, case["kind"])]
-    seen = look(folder, case, left)
-    return bool(seen.stages) and not any(x.deck for x in left[len(seen.stages) :])
+    found = find(folder, case, left)
+    return bool(found.stages) and not any(x.deck for x in left[len(found.stages) :])
 
 
 def _problem(folder: Path, case: Mapping[str, Any], stage: Stage) -> str:
@@ -70,14 +70,14 @@ def _problem(folder: Path, case: Mapping[str, Any], stage: Stage) -> str:
         found = [(x.name, x.stat(follow_symlinks=False)) for x in entries]
     state = sorted((name, x.st_size, x.st_mtime_ns) for name, x in found)
     key = (folder, stage.name)
-    if key not in _LOOKED or _LOOKED[key][0] != state:
+    if key not in _KNOWN or _KNOWN[key][0] != state:
         problem = ""
         try:
             examine(folder, case, stage, dumps=False)
         except NotUsedError as error:
             problem = str(error)
-        _LOOKED[key] = state, problem
-    return _LOOKED[key][1]
+        _KNOWN[key] = state, problem
+    return _KNOWN[key][1]
 
 
 def _is_running(folder: Path) -> bool:
