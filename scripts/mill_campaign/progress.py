@@ -60,7 +60,11 @@ def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False
         step = int(last_value(file, "step")) - _steps_before(case, part)
     step = min(max(step, 0), stage_steps(case, stage))
     since = _stepping_since(part / f"log.{stage.name}")
-    return Progress(step, file.stat().st_mtime, begun, since) if step else Progress(0, 0.0)
+    try:
+        return Progress(step, file.stat().st_mtime, begun, since) if step else Progress(0, 0.0)
+    except OSError:
+        # The stage has ended or begun anew since its file was read.
+        return Progress(0, 0.0)
 
 
 def last_value(path: Path, column: str) -> float:

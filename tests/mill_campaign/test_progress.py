@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from mill_campaign import progress
 from mill_campaign.progress import Progress, last_value, stage_progress
 from mill_runs.layout import stage_of
 
@@ -54,14 +55,29 @@ def test_a_rotation_counts_from_its_own_start(tmp_path, first):
     series = tmp_path / "rotate.part" / "series.csv"
     series.write_text(f"step,time_s\n{first},0\n{first + 290},1\n")
     os.utime(series, (5.0, 5.0))
-    progress = stage_progress(tmp_path, case, stage_of("multi-ball", "rotate"))
-    assert progress == Progress(step=300, at=5.0)
+    found = stage_progress(tmp_path, case, stage_of("multi-ball", "rotate"))
+    assert found == Progress(step=300, at=5.0)
 
 
 def test_a_stage_that_has_written_nothing_is_at_its_start(tmp_path):
     case = charge_case(tmp_path)
     for name in ("settle", "rotate"):
         assert stage_progress(tmp_path, case, stage_of("multi-ball", name)) == Progress(0, 0.0)
+
+
+def test_a_stage_that_begins_anew_while_it_is_read_is_at_its_start(tmp_path, monkeypatch):
+    case = charge_case(tmp_path)
+    series = tmp_path / "rotate.part" / "series.csv"
+    series.write_text("step,time_s\n10,0\n300,1\n")
+
+    def last_value_then_gone(path, column):
+        value = last_value(path, column)
+        series.unlink()
+        return value
+
+    monkeypatch.setattr(progress, "last_value", last_value_then_gone)
+    stage = stage_of("multi-ball", "rotate")
+    assert stage_progress(tmp_path, case, stage) == Progress(0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -77,5 +93,5 @@ def test_a_rate_counts_from_the_first_step_and_not_from_the_reading_of_files(tmp
     part = tmp_path / "rotate.part"
     (part / "series.csv").write_text("step,time_s\n10,0\n300,1\n")
     (part / "log.rotate").write_text(f"LIGGGHTS\n{line}Memory usage per processor\n")
-    progress = stage_progress(tmp_path, case, stage_of("multi-ball", "rotate"))
-    assert progress.since == (time.mktime(since) if since else 0.0)
+    found = stage_progress(tmp_path, case, stage_of("multi-ball", "rotate"))
+    assert found.since == (time.mktime(since) if since else 0.0)
