@@ -96,7 +96,7 @@ def by_parity(series: Series, every: int) -> dict[str, dict[str, float]]:
 
 
 def torque_of(series: Series, case: dict[str, Any]) -> dict[str, float]:
-    """Torque over M g R in a series: by the work of the drive, and by weight and angular momentum."""
+    """Torque over M g R of a series: by work of the drive, and by weight and angular momentum."""
     time, turned = series["time_s"], np.ptp(series["mill_angle_rad"])
     scales = charge_scales(case, series)
     by_weight = -scales["torque"] / scales["length"] * np.trapezoid(series["centre_x_m"], time)
