@@ -6,6 +6,7 @@ import time
 
 import provoked_failures
 import pytest
+from paper_campaign import cases
 from provoked_failures import PROVOCATIONS, provoke
 from small_campaign import SINGLE_BALLS
 
@@ -156,7 +157,10 @@ def test_a_record_gives_the_terminal_nothing_to_obey(tmp_path):
 
 
 def test_a_stage_that_fails_records_kind_and_advice(tmp_path, monkeypatch):
-    (tmp_path / "case.json").write_text(json.dumps({"id": "c", "kind": "multi-ball"}))
+    charge = {"count": 10, "rotation_angle_rad": 1.0}
+    one = {"scaling__S": [2.6], "scaling__schemes": ["constant-gravity"], "single_ball": None}
+    (case,) = cases(tmp_path, **one, multi_ball=charge)
+    (tmp_path / "case.json").write_text(case.text())
 
     def charge(task):
         raise MemoryError
