@@ -119,24 +119,37 @@ def many(folder, count):
     return write_campaign(folder, scaling__S=ratios)
 
 
-def seconds_of_plan(folder, count):
+def many_seeds(folder, count):
+    """A campaign of so many packings of one mill."""
+    seeds = {"S": [2.6], "filling": 0.3, "slice_diameters": 4.0, "seeds": list(range(count))}
+    charge = {"multi_ball": {**seeds, "rotation_angle_rad": 8.0}}
+    schemes = {"scaling__schemes": ["constant-gravity"]}
+    return write_campaign(folder, single_ball=None, **schemes, **charge)
+
+
+def seconds_of_plan(file, kind, count):
     """Processor time of `millscale plan` [s], which is its wall time on a free core."""
     begin = os.times()
-    command = [sys.executable, "-m", "mill_campaign.cli", "plan", str(many(folder, count))]
+    command = [sys.executable, "-m", "mill_campaign.cli", "plan", str(file)]
     shown = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert f"single-ball: {count} cases" in shown.stdout
+    assert f"{kind}: {count} cases" in shown.stdout
     end = os.times()
     return end.children_user + end.children_system - begin.children_user - begin.children_system
 
 
 def test_a_thousand_single_balls_are_planned_in_seconds(tmp_path):
     # A tenth of the campaign below in half of its time: the start is a second of it.
-    assert seconds_of_plan(tmp_path, 1000) < 5.0
+    assert seconds_of_plan(many(tmp_path, 1000), "single-ball", 1000) < 5.0
+
+
+def test_ten_thousand_seeds_are_planned_in_ten_seconds(tmp_path):
+    # They differ in their packing alone: the mill is worked out once.
+    assert seconds_of_plan(many_seeds(tmp_path, 10_000), "multi-ball", 10_000) < 10.0
 
 
 @pytest.mark.validate
 def test_ten_thousand_single_balls_are_planned_in_ten_seconds(tmp_path):
-    took = seconds_of_plan(tmp_path, 10_000)
+    took = seconds_of_plan(many(tmp_path, 10_000), "single-ball", 10_000)
     print(f"\n10,000 single balls planned in {took:.1f} s")
     assert took < 10.0
 
