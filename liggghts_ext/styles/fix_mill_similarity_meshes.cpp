@@ -1,3 +1,5 @@
+#include <mpi.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,7 +15,6 @@
 #include "mesh/triangle.h"
 #include "mesh/wall_around.h"
 #include "modify.h"
-#include "mpi_liggghts.h"
 #include "tri_mesh.h"
 
 using namespace LAMMPS_NS;
