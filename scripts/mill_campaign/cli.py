@@ -98,7 +98,8 @@ def generate(file: Campaign, runs: RunsOption) -> None:
     from mill_campaign.run_command import request
     from mill_campaign.without_engine import prepare
 
-    asked = request(file, runs, [], CoreWish())
+    # Nothing runs: attempts may have more ranks than this machine has cores.
+    asked = request(file, runs, [], CoreWish(oversubscribe=True))
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:
         with hold(runs), counting(console_of(stderr=True), "folders") as count:

@@ -10,6 +10,7 @@ from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 from mill_campaign import stage_record
 from mill_campaign.generate import generate
 from mill_runs.case_digest import case_digest
+from mill_runs.provenance import read_provenance, write_provenance
 
 OTHER_STEP = TEXT.replace("step_s = 1e-4", "step_s = 0.5e-4", 1)
 
@@ -130,3 +131,32 @@ def test_a_copied_campaign_is_done_and_stays_so(finished, way):
     assert lines[:3] == [f"{x}: done" for x in (*SINGLE_BALLS, CHARGE)]
     assert finished("run").returncode == 0
     assert finished.dates() == before
+
+
+def test_a_folder_of_an_earlier_version_is_done_and_gets_what_it_lacks(finished):
+    """Without the digests of cases in campaign.json and provenance.json, and of included decks."""
+    file = finished.runs / "campaign.json"
+    summary = json.loads(file.read_text())
+    kept = {k: x for k, x in summary.items() if k not in ("digests", "physical", "copy")}
+    file.write_text(json.dumps(kept))
+    for case_id in (*SINGLE_BALLS, CHARGE):
+        folder = finished.case(case_id)
+        records = {name: dict(record) for name, record in read_provenance(folder).items()}
+        for record in records.values():
+            del record["case"]
+            record["inputs"] = {
+                name: digest
+                for name, digest in record["inputs"].items()
+                if not name.endswith(".in") or name in ("parameters.in", "settle.in", "mill.in")
+                or name == "single_ball.in"
+            }  # fmt: skip
+        write_provenance(folder, records)
+    before = finished.dates()
+    assert {state for state, _ in states(finished).values()} == {"done"}
+    assert finished("run").returncode == 0
+    assert finished.dates() == before
+    assert json.loads(file.read_text()) == summary
+    # Whose it is, its case.json tells.
+    file.write_text(json.dumps(kept))
+    finished.file.write_text(TEXT.replace("speed_rad_s = 2.0", "speed_rad_s = 2.1"))
+    assert "belongs to another physical mill" in finished("run").stderr
