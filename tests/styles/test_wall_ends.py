@@ -51,30 +51,33 @@ def test_an_impact_on_an_end_is_one_on_a_flat_wall(tmp_path):
 
 
 def _pressed_on_end(folder, motion):
-    """A ball that moves with the mill, pressed on the lower end: force, force and torque on it."""
+    """A ball that moves with the mill, pressed on the lower end: its place, force and torque, and
+    force and torque on the wall."""
     omega, place = 1.6, np.array([0.6, LOW + RADIUS - 1e-4, -0.3])
     turning = np.array([0.0, omega, 0.0])
     balls = Balls.of(place, np.cross(turning, place), turning)
     words = f"{CLOSED['words']} end_motion {motion}"
     mill = Mill("arc", DRUM, 0.0, omega=omega, start="-1e-9", words=words, boundary="f f f")
     text = deck(folder, mill, balls, Materials(), 1e-5) + INTEGRATE
-    text += 'run 0\nprint "ball $(fx[1]) $(fy[1]) $(fz[1])"\n'
+    text += 'run 0\nprint "ball $(fx[1]) $(fy[1]) $(fz[1]) $(tqx[1]) $(tqy[1]) $(tqz[1])"\n'
     text += 'print "wall ' + " ".join(f"$(f_liner[{k}])" for k in range(1, 7)) + '"\n'
     result = run(folder, text)
     return place, result.printed("ball"), result.printed("wall")
 
 
 def test_ends_turn_with_the_mill_or_rest(tmp_path):
-    place, force, on_mill = _pressed_on_end(tmp_path, "mill")
+    place, on_ball, on_mill = _pressed_on_end(tmp_path, "mill")
+    force = on_ball[:3]
     assert force[1] > 1.0
     assert np.abs(force[[0, 2]]).max() < 1e-9 * force[1]  # moving with the end, nothing slides
     assert_allclose(on_mill[:3], -force, rtol=1e-9, atol=1e-9)
 
-    place, force, on_mill = _pressed_on_end(tmp_path, "rest")
+    place, on_ball, on_mill = _pressed_on_end(tmp_path, "rest")
+    force, torque = on_ball[:3], on_ball[3:]
     velocity = np.cross([0.0, 1.6, 0.0], place)
     assert force @ velocity < -0.01
-    contact = place - [0.0, RADIUS - 1e-4, 0.0]
-    assert_allclose(on_mill[3:], -np.cross(contact, force), rtol=1e-9)
+    # All that the ball gains in angular momentum, rolling friction included.
+    assert_allclose(on_mill[3:], -(np.cross(place, force) + torque), rtol=1e-9)
 
 
 def test_an_end_is_wall_but_not_liner(tmp_path):
