@@ -19,11 +19,11 @@ SOFT = 0.05
 # Thinner slices [ball diameters] are warned of: at 2 energy and centre of mass are off by 3 %, at 4
 # by less than half a percent (docs/results/slice-length.json).
 THIN_SLICE = 4.0
-# Mill rotation after which a charge has come to a steady state [rad]: centre of mass and kinetic
-# energy of the paper's charge overshoot and settle until 4.5 to 5 rad (docs/theory.md).
-START_UP = 5.0
-# Lifter pitches beyond it that show a steady state (`mill_analysis/steady.py`).
-SHOWN_PITCHES = 8
+# Mill rotation after which a charge has come to a steady state [rad]: the centre of mass of the
+# paper's charge overshoots and swings until 6.5 to 7 rad (docs/theory.md).
+START_UP = 7.0
+# Of a rotation, the most that may be left out as start-up (`mill_analysis/steady.py`).
+MOST_CUT = 2.0 / 3.0
 
 
 def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
@@ -161,8 +161,7 @@ def _thin(campaign: Campaign, model: Model) -> list[str]:
 def _short(model: Model) -> list[str]:
     if model.study.kind == "single-ball":
         return []
-    pitch = 2.0 * math.pi / model.liner.lifters if model.liner.lifters else 0.25
-    least = START_UP + SHOWN_PITCHES * pitch
+    least = START_UP / MOST_CUT
     if model.study.rotation_angle >= least:
         return []
     return [

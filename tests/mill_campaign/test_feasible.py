@@ -151,10 +151,10 @@ def test_small_numbers_are_shown_with_their_digits(tmp_path):
     assert row[1:4] == ["3.9", "0.0001", "0.0032"]
 
 
-@pytest.mark.parametrize(("angle", "warned"), [(4.0, True), (7.0, True), (7.1, False)])
+@pytest.mark.parametrize(("angle", "warned"), [(4.0, True), (10.4, True), (10.6, False)])
 def test_a_rotation_that_ends_before_a_charge_is_steady_is_warned_of(tmp_path, angle, warned):
     changes = MULTI_BALL | {"multi_ball__rotation_angle_rad": angle}
     for case in cases(tmp_path, **changes):
         texts = [text for text in case["warnings"] if "a charge is not steady before" in text]
         assert len(texts) == (warned and case.kind == "multi-ball")
-        assert all("rotation_angle_rad = 8 or more" in text for text in texts)
+        assert all("rotation_angle_rad = 11 or more" in text for text in texts)
