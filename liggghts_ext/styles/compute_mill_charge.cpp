@@ -8,9 +8,9 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "fix_mill_similarity.h"
 #include "group.h"
 #include "liner_arguments.h"
+#include "mill_of.h"
 #include "modify.h"
 #include "same_liner.h"
 #include "update.h"
@@ -84,14 +84,9 @@ void ComputeMillCharge::parse(int narg, char** arg, int first)
 
 void ComputeMillCharge::init()
 {
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_) {
-    const std::string message =
-        "mill: '" + mill_id_ + "' is not the id of a fix mill/similarity; define that fix first";
-    error->compute_error(FLERR, this, message.c_str());
-  }
-  widths_.radius = mill_fix_->scaled().mill.radius;
   try {
+    mill_fix_ = mill_of(modify, mill_id_);
+    widths_.radius = mill_fix_->scaled().mill.radius;
     sums_ = std::make_unique<charge::ChargeSums>(
         charge::Plan{liner::Liner(widths_), mill_fix_->scaled().mill.ball_radius,
                      mill_fix_->gravity(), box_angle_.value_or(widths_.phase)});

@@ -14,9 +14,9 @@
 #include "error.h"
 #include "fix_contact_history_mesh.h"
 #include "fix_mesh_surface.h"
-#include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
 #include "liner/liner.h"
+#include "mill_of.h"
 #include "modify.h"
 #include "same_liner.h"
 #include "tri_mesh.h"
@@ -116,11 +116,10 @@ int FixMillDetachTrack::setmask()
 
 void FixMillDetachTrack::init()
 {
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_) {
-    const std::string message =
-        "mill: '" + mill_id_ + "' is not the id of a fix mill/similarity; define that fix first";
-    error->fix_error(FLERR, this, message.c_str());
+  try {
+    mill_fix_ = mill_of(modify, mill_id_);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
   }
   analytic_walls_.clear();
   for (int f = 0; f < modify->nfix; ++f)

@@ -7,8 +7,8 @@
 #include "argument_list.h"
 #include "comm.h"
 #include "error.h"
-#include "fix_mill_similarity.h"
 #include "fix_wall_mill.h"
+#include "mill_of.h"
 #include "modify.h"
 #include "update.h"
 
@@ -71,10 +71,7 @@ void FixMillDrive::parse(int narg, char** arg)
 
 void FixMillDrive::find_wall_and_mill()
 {
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_)
-    throw std::invalid_argument("mill: '" + mill_id_ +
-                                "' is not the id of a fix mill/similarity; define that fix first");
+  mill_fix_ = mill_of(modify, mill_id_);
   wall_ = modify->find_fix_id(wall_id_.c_str());
   analytic_ = dynamic_cast<FixWallMill*>(wall_);
   const bool mesh = wall_ && std::string(wall_->style) == "mesh/surface/stress" &&

@@ -15,11 +15,11 @@
 #include "end_run.h"
 #include "error.h"
 #include "first_fix.h"
-#include "fix_mill_similarity.h"
 #include "fix_property_global.h"
 #include "fix_wall_mill.h"
 #include "force.h"
 #include "liner_arguments.h"
+#include "mill_of.h"
 #include "modify.h"
 #include "neigh_list.h"
 #include "pair.h"
@@ -97,11 +97,8 @@ int FixMillGuard::setmask()
 
 void FixMillGuard::init()
 {
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
   try {
-    if (!mill_fix_)
-      throw std::invalid_argument(
-          "mill: '" + mill_id_ + "' is not the id of a fix mill/similarity; define that fix first");
+    mill_fix_ = mill_of(modify, mill_id_);
     const auto& mill = mill_fix_->scaled().mill;
     widths_.radius = mill.radius;
     speeds_every_ = mill_fix_->meshes().empty() ? speeds_every : speeds_every_with_mesh;

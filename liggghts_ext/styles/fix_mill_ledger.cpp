@@ -10,8 +10,8 @@
 #include "comm.h"
 #include "error.h"
 #include "first_fix.h"
-#include "fix_mill_similarity.h"
 #include "force.h"
+#include "mill_of.h"
 #include "modify.h"
 #include "pair_gran.h"
 #include "update.h"
@@ -51,7 +51,7 @@ FixMillLedger::FixMillLedger(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg,
       throw std::invalid_argument("there is one already; a deck has one account");
     if (igroup != 0) throw std::invalid_argument("group: the account is of all balls, use `all`");
     parse(narg, arg);
-    find_mill();
+    mill_fix_ = mill_of(modify, mill_id_);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
@@ -80,14 +80,6 @@ void FixMillLedger::parse(int narg, char** arg)
                                 millscale::format(window_.to));
 }
 
-void FixMillLedger::find_mill()
-{
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_)
-    throw std::invalid_argument("mill: '" + mill_id_ +
-                                "' is not the id of a fix mill/similarity; define that fix first");
-}
-
 int FixMillLedger::setmask()
 {
   return PRE_FORCE | END_OF_STEP | POST_RUN;
@@ -96,7 +88,7 @@ int FixMillLedger::setmask()
 void FixMillLedger::init()
 {
   try {
-    find_mill();
+    mill_fix_ = mill_of(modify, mill_id_);
     refuse_what_is_not_covered();
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
@@ -266,7 +258,7 @@ void FixMillLedger::tell()
 double FixMillLedger::compute_vector(int k)
 {
   try {
-    find_mill();  // between two runs it may have been removed
+    mill_fix_ = mill_of(modify, mill_id_);  // between two runs it may have been removed
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }

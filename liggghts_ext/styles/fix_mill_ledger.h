@@ -55,7 +55,6 @@ class FixMillLedger : public Fix {
   struct State;
 
   void parse(int narg, char** arg);
-  void find_mill();
   void refuse_what_is_not_covered() const;
   millscale::ledger::Works powers(double shift) const;
   Energies energies() const;

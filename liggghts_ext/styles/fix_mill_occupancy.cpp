@@ -10,7 +10,7 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
-#include "fix_mill_similarity.h"
+#include "mill_of.h"
 #include "modify.h"
 
 using namespace LAMMPS_NS;
@@ -26,7 +26,7 @@ FixMillOccupancy::FixMillOccupancy(LAMMPS* lmp, int narg, char** arg) : Fix(lmp,
   restart_global = 1;
   try {
     parse(narg, arg);
-    find_mill();
+    mill_fix_ = mill_of(modify, mill_id_);
     const auto& mill = mill_fix_->scaled().mill;
     grid_ = std::make_unique<charge::OccupancyGrid>(
         charge::PolarCells{static_cast<std::size_t>(rings_), static_cast<std::size_t>(sectors_),
@@ -66,14 +66,6 @@ void FixMillOccupancy::parse(int narg, char** arg)
                                 millscale::format(from_) + " and " + millscale::format(to_));
 }
 
-void FixMillOccupancy::find_mill()
-{
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_)
-    throw std::invalid_argument("mill: '" + mill_id_ +
-                                "' is not the id of a fix mill/similarity; define that fix first");
-}
-
 int FixMillOccupancy::setmask()
 {
   return END_OF_STEP | POST_RUN;
@@ -82,7 +74,7 @@ int FixMillOccupancy::setmask()
 void FixMillOccupancy::init()
 {
   try {
-    find_mill();
+    mill_fix_ = mill_of(modify, mill_id_);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }

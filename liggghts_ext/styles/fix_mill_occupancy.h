@@ -40,7 +40,6 @@ class FixMillOccupancy : public Fix {
   };
 
   void parse(int narg, char** arg);
-  void find_mill();
   void sample(double mill_angle);
   std::vector<double> volumes_of_all_ranks() const;
   void write();

@@ -14,6 +14,7 @@
 #include "fix_mill_similarity.h"
 #include "group.h"
 #include "liner_arguments.h"
+#include "mill_of.h"
 #include "modify.h"
 #include "neighbor.h"
 #include "one_per_ball.h"
@@ -117,9 +118,7 @@ void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList&
 
 void FixWallMill::make_liner()
 {
-  mill_fix_ = dynamic_cast<FixMillSimilarity*>(modify->find_fix_id(mill_id_.c_str()));
-  if (!mill_fix_)
-    throw std::invalid_argument("mill: '" + mill_id_ + "' is not the id of a fix mill/similarity");
+  mill_fix_ = mill_of(modify, mill_id_);
   widths_.radius = mill_fix_->scaled().mill.radius;
   liner_ = std::make_unique<liner::Liner>(widths_);
   chords_ = chord_error_ > 0.0 ? liner::wall_chords(*liner_, chord_error_) : liner::GrooveChords{};
