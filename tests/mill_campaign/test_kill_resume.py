@@ -96,13 +96,24 @@ def whole_files(case):
             yield path
 
 
+def held_between_files(case, process):
+    """One of the engines, stopped at a moment at which both restart files are whole."""
+    engine = random.choice(engines(process))
+    while True:
+        engine.suspend()
+        if len(list(whole_files(case))) == 2:
+            return engine
+        engine.resume()
+        time.sleep(0.01)
+
+
 def said(case):
     return (case / "out.rotate").read_text().splitlines()[0]
 
 
 def test_three_kills_change_nothing(case, whole):
     process = started(case, 0.3)
-    random.choice(engines(process)).kill()
+    held_between_files(case, process).kill()
     assert process.wait(60) == 1
     newest = max(whole_files(case), key=lambda path: read_restart(path).step)
     os.truncate(newest, newest.stat().st_size // 2)
