@@ -126,8 +126,6 @@ def _steady(series: Series, window: Window, momentum_share: float | None) -> dic
         line, mean = trend(of_pitches), abs(float(of_pitches.mean()))
         if mean > 0.0:
             drift, error = line.change / mean, line.error / mean
-        if window.cut_at_most:
-            reasons.append(f"the charge still changes at {window.begin:.3g} rad")
         if drift is not None and abs(drift) > max(MOST_DRIFT, 2.0 * error):
             reasons.append(f"its centre of mass drifts by {100.0 * drift:+.1f} % in the window")
     if momentum_share is not None and abs(momentum_share) > MOST_DRIFT:

@@ -30,14 +30,11 @@ class Window:
         begin, end: [rad].
         edges: (n + 1,) float, of the whole pitches in it [rad]; begin and end alone where the
             rotation has fewer than `FEWEST_PITCHES`.
-        cut_at_most: as much of the start is left out as may be: the charge then still changes at
-            the begin.
     """
 
     begin: float
     end: float
     edges: np.ndarray
-    cut_at_most: bool = False
 
     @property
     def pitches(self) -> int:
@@ -97,8 +94,7 @@ def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: f
         begin, end = 0.5 * float(mill_angle[-1]), float(mill_angle[-1])
         return Window(begin, end, np.array([begin, end]))
     cut = max(_least_error_cut(_means(mill_angle, values, edges)) for values in quantities)
-    at_most = 0 < cut == _most_cut(len(edges) - 1)
-    return Window(float(edges[cut]), float(edges[-1]), edges[cut:], at_most)
+    return Window(float(edges[cut]), float(edges[-1]), edges[cut:])
 
 
 def trend(values: np.ndarray) -> Trend:

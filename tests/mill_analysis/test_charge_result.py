@@ -81,7 +81,7 @@ def test_a_start_that_differs_does_not_enter_the_means(charge_case):
     [
         ("drift", "its centre of mass drifts by "),
         ("momentum", "its angular momentum changes: "),
-        ("late", "the charge still changes at 5.03 rad"),
+        ("late", "its centre of mass drifts by "),
     ],
 )
 def test_a_charge_that_is_not_steady_says_why(charge_case, change, reason):
