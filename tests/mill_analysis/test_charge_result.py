@@ -90,7 +90,7 @@ def test_a_charge_that_is_not_steady_says_why(charge_case, change, reason):
     if change == "drift":
         columns["centre_x_m"] = columns["centre_x_m"] * (1.0 + 0.1 * share)
     elif change == "late":
-        columns["centre_x_m"] = columns["centre_x_m"] * np.where(share < 0.635, 0.5, 1.0)
+        columns["centre_x_m"] = columns["centre_x_m"] * np.where(share < 0.75, 0.5, 1.0)
     else:
         torque = charge_scales(charge_case, columns)["torque"]
         columns["angular_momentum_Nms"] += 0.02 * torque * columns["time_s"]
