@@ -126,7 +126,8 @@ def _steady(series: Series, window: Window, momentum_share: float | None) -> dic
         line, mean = trend(of_pitches), abs(float(of_pitches.mean()))
         if mean > 0.0:
             drift, error = line.change / mean, line.error / mean
-        if drift is not None and abs(drift) > max(MOST_DRIFT, 2.0 * error):
+        # Twice as much may be chance; a scatter that hides more shows no steady state.
+        if drift is not None and abs(drift) > min(max(MOST_DRIFT, 2.0 * error), 2.0 * MOST_DRIFT):
             reasons.append(f"its centre of mass drifts by {100.0 * drift:+.1f} % in the window")
     if momentum_share is not None and abs(momentum_share) > MOST_DRIFT:
         reasons.append(
