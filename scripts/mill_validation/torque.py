@@ -94,6 +94,8 @@ def page(document: Row, sampling: Row | None) -> str:
         "*Alternating* is the root mean square of the part of the torque that changes its sign",
         "from step to step, over M g R: a sample at even steps is off by it, always to one side.",
         "*dL/dt* is over the torque against the weight; beyond 1 % a charge is not steady.",
+        "RUNS are `campaigns/slices.toml`, the same with half of its step, and the same with",
+        "`wall_damping` edited to `on` in parameters.in: *plain*, as it was before 2026-11-30.",
         "",
         "| S | step [s] | damping at the wall | seed | balls | window [rad] | T / M g R | +- "
         "| -x_c / R | difference | dL/dt [%] | alternating | steady |",
