@@ -37,7 +37,7 @@ def fewest_divisions(profile, kinds, length):
 
     A triangle of a panel of width w and length h has the smallest angle arctan(min(w, h) / max(w,
     h)), which must exceed the fold between the chords of a groove and the engine's least angle. So
-    the narrowest panel bounds h from above; `fits` tells whether the widest then bears it.
+    the narrowest panel bounds h from above; `fits` is whether the widest then bears it.
 
     Args:
         profile, kinds: as of `panel_range_deg`.

@@ -82,7 +82,7 @@ def look(run: Run) -> tuple[RestartFile | None, str]:
         return None, f"starts over: {names} changed since the last attempt"
     restart, problems = _newest_whole(run)
     if restart and not any(start.step < restart.step for start in earlier.starts):
-        problems.append(f"{ATTEMPTS_FILE} does not tell who wrote {restart.path.name}")
+        problems.append(f"{ATTEMPTS_FILE} does not hold who wrote {restart.path.name}")
         restart = None
     if restart:
         told = f"goes on from step {restart.step - run.first} of {run.steps} ({restart.path.name})"

@@ -176,7 +176,7 @@ def case_status(
 
 
 def _log(left: list[Stage], record: StageRecord | None, by_hand: bool) -> str:
-    """The file that tells more of a problem."""
+    """Return the name of the file that explains a problem."""
     if by_hand:
         return f"log.{left[0].name}"
     return (record.log or f"out.{record.stage}") if record else ""

@@ -1,7 +1,7 @@
 """A temporary folder of our own, for what the engine, MPI and Snakemake leave when they are killed.
 
 They clean up behind them if they come to their end. What is killed cannot, so a run gives them a
-folder whose name tells the process it belongs to, and whoever comes later removes those whose
+folder whose name holds the process it belongs to, and whoever comes later removes those whose
 process has gone.
 """
 

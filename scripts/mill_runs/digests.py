@@ -94,8 +94,8 @@ def keep(folder: Path) -> None:
 
 
 def rested_state(path: Path) -> _State | None:
-    """What tells the content of a regular file from any other that it may get; None if there is
-    none, or if it was written so lately that it cannot be told."""
+    """Return a state that a regular file has with its present content only; None if there is no
+    such file, or if it was written too lately to be sure."""
     try:
         found = path.lstat()
     except (OSError, ValueError):

@@ -54,7 +54,7 @@ class Scene:
     stage: str
 
     def edit(self, name: str, pattern: str, by: str) -> None:
-        """Damage a file as if its stage had made it so: its digest would tell first."""
+        """Damage a file as if its stage had made it so: its digest would be refused first."""
         file = self.case / name
         text, edits = re.subn(pattern, by, file.read_text(), flags=re.M)
         assert edits, f"{name} has no {pattern}"

@@ -156,7 +156,7 @@ def test_a_folder_of_an_earlier_version_is_done_and_gets_what_it_lacks(finished)
     assert finished("run").returncode == 0
     assert finished.dates() == before
     assert json.loads(file.read_text()) == summary
-    # Whose it is, its case.json tells.
+    # case.json holds whose it is.
     file.write_text(json.dumps(kept))
     finished.file.write_text(TEXT.replace("speed_rad_s = 2.0", "speed_rad_s = 2.1"))
     assert "belongs to another physical mill" in finished("run").stderr
