@@ -8,7 +8,7 @@ from mill_campaign.time_step import impact_speed
 
 MULTI = {
     "single_ball": None,
-    "multi_ball": {"count": [231461, 13370], "rotation_angle_rad": 8.0, "settle_s": 1.0},
+    "multi_ball": {"count": [231461, 13370], "rotation_angle_rad": 12.0, "settle_s": 1.0},
 }
 
 
