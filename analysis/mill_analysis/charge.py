@@ -53,15 +53,14 @@ def charge_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
     pitch = lifter_pitch(case["mill"]["lifters"])
     window = choose_window(angle, [series["centre_x_m"], series["kinetic_translation_J"]], pitch)
     work, duration = window.change(angle, series["drive_work_J"]), window.change(angle, time)
+    balance = torque_balance(series, scales, window)
     mean = {name: window.mean(angle, series[name]) for name in _MEANS}
     mean |= {
-        "drive_torque_Nm": work / (window.end - window.begin),
+        "drive_torque_Nm": balance["summed_Nm"],
         "power_W": work / duration,
         "flying_share": window.mean(angle, series["balls_in_flight"] / series["balls"]),
     }
-    torque = mean["drive_torque_Nm"]
-    by_momentum = window.change(angle, series["angular_momentum_Nms"]) / duration
-    by_weight = -scales["torque"] / scales["length"] * mean["centre_x_m"]
+    by_momentum, by_weight = balance["angular_momentum_Nm"], balance["weight_Nm"]
     alternating = series["alternating_torque_Nm"][(angle > window.begin) & (angle <= window.end)]
     return {
         "problem": _problem(case, series),
@@ -72,22 +71,37 @@ def charge_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
         "dimensionless": {
             "kinetic": mean["kinetic_translation_J"] / scales["energy"],
             "kinetic_rotation": mean["kinetic_rotation_J"] / scales["energy"],
-            "torque": torque / scales["torque"],
+            "torque": mean["drive_torque_Nm"] / scales["torque"],
             "power": mean["power_W"] / scales["power"],
             "centre_x": mean["centre_x_m"] / scales["length"],
             "centre_z": mean["centre_z_m"] / scales["length"],
         },
         "standard_error": _standard_errors(series, scales, window),
-        "torque_balance": {
-            "summed_Nm": torque,
-            "weight_Nm": by_weight,
-            "angular_momentum_Nm": by_momentum,
-            "difference": (torque - by_weight - by_momentum) / scales["torque"],
-        },
+        "torque_balance": balance,
         "alternating_torque": float(np.sqrt(np.mean(alternating**2))) / scales["torque"],
         "steady": _steady(series, window, by_momentum / by_weight if by_weight else None),
         "largest_overlap_over_radius": _largest_overlap(case, series),
         "rotation_angle_rad": float(angle[-1]),
+    }
+
+
+def torque_balance(series: Series, scales: dict[str, float], window: Window) -> dict[str, float]:
+    """Mean torque of the drive over a window [N m] by its work, and what the charge's weight and
+    the change of its angular momentum ask for; difference of the two ways over M g R.
+
+    Args:
+        scales: of `charge_scales`.
+    """
+    angle = series["mill_angle_rad"]
+    duration = window.change(angle, series["time_s"])
+    summed = window.change(angle, series["drive_work_J"]) / (window.end - window.begin)
+    by_weight = -scales["torque"] / scales["length"] * window.mean(angle, series["centre_x_m"])
+    by_momentum = window.change(angle, series["angular_momentum_Nms"]) / duration
+    return {
+        "summed_Nm": summed,
+        "weight_Nm": by_weight,
+        "angular_momentum_Nm": by_momentum,
+        "difference": (summed - by_weight - by_momentum) / scales["torque"],
     }
 
 

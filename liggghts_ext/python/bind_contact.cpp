@@ -16,6 +16,9 @@ void millscale::python::bind_contact(nb::module_& m)
 
   m.def("rayleigh_time", &rayleigh_time, "material"_a, "radius"_a,
         "Time a Rayleigh wave takes around a ball of a radius [m] [s].");
+  m.def("bed_overlap", &bed_overlap, "material"_a, "gravity"_a, "depth"_a,
+        "Mean overlap over ball radius [-] of a bed of a depth [m] under its own weight: "
+        "1.06 (rho g d / E)^(2/3).");
   m.def("damping_ratio", &damping_ratio, "restitution"_a,
         "Damping over critical damping of the normal contact mode [-].");
   m.def(

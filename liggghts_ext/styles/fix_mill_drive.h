@@ -7,7 +7,6 @@ FixStyle(mill/drive, FixMillDrive)
 #ifndef LMP_FIX_MILL_DRIVE_H
 #define LMP_FIX_MILL_DRIVE_H
 
-#include <array>
 #include <string>
 
 #include "charge/drive_sums.h"

@@ -22,8 +22,8 @@ THIN_SLICE = 4.0
 # Mill rotation after which a charge has come to a steady state [rad]: the centre of mass of the
 # paper's charge overshoots and swings until 6.5 to 7 rad (docs/theory.md).
 START_UP = 7.0
-# Of a rotation, the most that may be left out as start-up (`mill_analysis/steady.py`).
-MOST_CUT = 2.0 / 3.0
+# The least rotation whose means are of a steady charge [rad]: 8 are too few, 12 are enough there.
+LEAST_ROTATION = 10.5
 
 
 def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
@@ -161,13 +161,12 @@ def _thin(campaign: Campaign, model: Model) -> list[str]:
 def _short(model: Model) -> list[str]:
     if model.study.kind == "single-ball":
         return []
-    least = START_UP / MOST_CUT
-    if model.study.rotation_angle >= least:
+    if model.study.rotation_angle >= LEAST_ROTATION:
         return []
     return [
         f"rotation of {model.study.rotation_angle:.3g} rad: a charge is not steady before some "
         f"{START_UP:g} rad; for means of the steady state give rotation_angle_rad = "
-        f"{math.ceil(least):g} or more"
+        f"{math.ceil(LEAST_ROTATION):g} or more"
     ]
 
 

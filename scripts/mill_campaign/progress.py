@@ -95,8 +95,8 @@ def _last_thermo_step(log: Path) -> int:
 def _stepping_since(log: Path) -> float:
     """When the run of a log began [s since 1970]; 0 if it has not."""
     try:
-        told = _SET_UP.search(read_head(log, _HEAD_BYTES))
-        return time.mktime(time.strptime(told[1].strip())) if told else 0.0
+        found = _SET_UP.search(read_head(log, _HEAD_BYTES))
+        return time.mktime(time.strptime(found[1].strip())) if found else 0.0
     except (ValueError, OverflowError):
         return 0.0
 

@@ -26,9 +26,6 @@ STEPS_PER_CONTACT = {"single-ball": 25, "multi-ball": 8}
 FEW_STEPS = 0.5
 # Contacts per ball of a bed, and of a ball rolling in a groove.
 COORDINATION = {"single-ball": 1.0, "multi-ball": 4.0}
-# Mean overlap / ball radius = c (rho g d / E)^(2/3) under d metres of balls: Hertz contacts that
-# carry the weight above them. c from the measured 0.16 mm of the S = 2.6 mill; derived here.
-OVERLAP_COEFFICIENT = 1.06
 
 
 @dataclass(frozen=True)
@@ -98,8 +95,7 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
     )
     single = model.study.kind == "single-ball"
     depth = ball.radius if single else mill.radius
-    pressure = ball.density * mill.gravity * depth
-    overlap = ball.radius * OVERLAP_COEFFICIENT * (pressure / model.youngs_modulus) ** (2.0 / 3.0)
+    overlap = ball.radius * mill_core.bed_overlap(material, mill.gravity, depth)
     restitution = campaign.material.restitution_pw if single else campaign.material.restitution_pp
     speed = impact_speed(mill)
     # The smallest ball has the shortest times.

@@ -3,7 +3,7 @@
 Products and shared beds are compared with the digests in provenance.json, what a stage has read
 with what is there, case.json with what the campaign says now, parameters.in and the decks with what
 case.json and this version make of them. Every file is hashed anew. Whoever can write into the
-folder can write digests too: they tell damage and mix-ups, not forgery.
+folder can write digests too: they show damage and mix-ups, not forgery.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import mill_core
 
 from mill_campaign.config import Campaign
 from mill_campaign.config_build import load_campaign
-from mill_campaign.time_step import COORDINATION, OVERLAP_COEFFICIENT
+from mill_campaign.time_step import COORDINATION
 
 MILL, IMPACT, REST = "mill", "impact", "rest"
 BASE_S = 8.0
@@ -111,10 +111,10 @@ class Mill:
         Args:
             bounded: whether the tangential damping of balls is bounded.
         """
-        pressure = self.density * self.gravity * self.radius / self.youngs_modulus
-        overlap = self.radii[-1] * OVERLAP_COEFFICIENT * pressure ** (2.0 / 3.0)
+        material = self._material()
+        overlap = self.radii[-1] * mill_core.bed_overlap(material, self.gravity, self.radius)
         return mill_core.damping_time_step_limit(
-            self._material(),
+            material,
             self.radii[-1],
             min(self.restitution),
             overlap,

@@ -16,10 +16,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from mill_analysis.charge import charge_scales
+from mill_analysis.charge import charge_scales, torque_balance
 from mill_analysis.series import Series, read_series
+from mill_analysis.steady import Window
 from mill_bench.record import provenance
 from mill_campaign.decks import copy_decks
 from mill_campaign.engine_run import engine_text, find_engine
@@ -96,17 +95,15 @@ def by_parity(series: Series, every: int) -> dict[str, dict[str, float]]:
 
 
 def torque_of(series: Series, case: dict[str, Any]) -> dict[str, float]:
-    """Torque over M g R of a series: by work of the drive, and by weight and angular momentum."""
-    time, turned = series["time_s"], np.ptp(series["mill_angle_rad"])
-    scales = charge_scales(case, series)
-    by_weight = -scales["torque"] / scales["length"] * np.trapezoid(series["centre_x_m"], time)
-    momentum = series["angular_momentum_Nms"]
-    summed = (series["drive_work_J"][-1] - series["drive_work_J"][0]) / turned
-    balance = (by_weight + momentum[-1] - momentum[0]) / np.ptp(time)
+    """Torque over M g R in a series: by the work of the drive, and by weight and angular momentum.
+    """
+    scales, ends = charge_scales(case, series), series["mill_angle_rad"][[0, -1]]
+    balance = torque_balance(series, scales, Window(*map(float, ends), ends))
+    by_charge = balance["weight_Nm"] + balance["angular_momentum_Nm"]
     return {
-        "summed": float(summed / scales["torque"]),
-        "by_weight_and_momentum": float(balance / scales["torque"]),
-        "difference": float((summed - balance) / scales["torque"]),
+        "summed": balance["summed_Nm"] / scales["torque"],
+        "by_weight_and_momentum": by_charge / scales["torque"],
+        "difference": balance["difference"],
     }
 
 
