@@ -1,5 +1,5 @@
-#include "bindings.h"
-#include "contact/time_step.h"
+#include "core/contact/time_step.h"
+#include "python/bindings.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

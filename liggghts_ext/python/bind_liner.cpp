@@ -12,13 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "bindings.h"
-#include "liner/area.h"
-#include "liner/groove_box.h"
-#include "liner/nearest.h"
-#include "liner/offset.h"
-#include "liner/polygon.h"
-#include "liner/touches.h"
+#include "core/liner/area.h"
+#include "core/liner/groove_box.h"
+#include "core/liner/nearest.h"
+#include "core/liner/offset.h"
+#include "core/liner/polygon.h"
+#include "core/liner/touches.h"
+#include "python/bindings.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

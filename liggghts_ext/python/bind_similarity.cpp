@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "bindings.h"
-#include "similarity/law.h"
+#include "core/similarity/law.h"
+#include "python/bindings.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

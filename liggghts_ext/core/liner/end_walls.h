@@ -1,0 +1,32 @@
+#pragma once
+
+#include "core/liner/liner.h"
+
+namespace millscale::liner {
+
+/// Flat walls across the mill at two places on its axis [m].
+struct EndWalls {
+  double low, high;
+
+  /// Throws std::invalid_argument unless low < high.
+  void check() const
+  {
+    detail::require_finite("ends, lower", low);
+    detail::require_finite("ends, upper", high);
+    if (!(low < high))
+      detail::reject("ends", "the upper end must be > the lower end " + format(low) + " m", high);
+  }
+
+  /// Overlap of a ball [m] at a place on the axis with the lower and the upper end, <= 0 without
+  /// contact. An end is a half space, so a ball that has gone too far is pushed back.
+  double lower_overlap(double place, double ball_radius) const
+  {
+    return ball_radius - (place - low);
+  }
+  double upper_overlap(double place, double ball_radius) const
+  {
+    return ball_radius - (high - place);
+  }
+};
+
+}  // namespace millscale::liner

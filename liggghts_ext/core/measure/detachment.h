@@ -1,0 +1,298 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/math/vector.h"
+
+namespace millscale::detachment {
+
+/// Where the mill is and what its liner looks like. The cross-section's directions are `down`
+/// (gravity) and `onward`, the way the bottom of the mill moves: axis x down.
+struct MillFrame {
+  Vector axis{0, 1, 0}, down{0, 0, -1}, origin{0, 0, 0};
+  double radius = 0.0;  ///< at the liner [m]
+  int lifters = 0;      ///< 0: plain drum
+  double phase = 0.0;   ///< angle of groove 0 at rest, from the bottom [rad]
+};
+
+/// A point of the cross-section in polar form.
+struct PolarPosition {
+  double radius;  ///< distance from the axis [m]
+  double psi;     ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
+};
+
+inline PolarPosition polar(const MillFrame& mill, const Vector& position)
+{
+  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
+                 position[2] - mill.origin[2]};
+  const double below = dot(p, mill.down), ahead = dot(p, cross(mill.axis, mill.down));
+  return {std::hypot(below, ahead), std::atan2(ahead, below)};
+}
+
+/// Square of the distance from the axis [m^2].
+inline double square_from_axis(const MillFrame& mill, const Vector& position)
+{
+  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
+                 position[2] - mill.origin[2]};
+  const double along = dot(p, mill.axis);
+  return std::max(0.0, dot(p, p) - along * along);
+}
+
+/// Angle from the vertical (the top), positive on the rising side, (-pi, pi] [rad].
+inline double angle_from_vertical(double psi)
+{
+  const double pi = std::acos(-1.0);
+  const double alpha = pi - psi;
+  return alpha > pi ? alpha - 2.0 * pi : alpha;
+}
+
+/// Groove the polar angle lies in, 0 .. lifters - 1; lifter k trails groove k and pushes its balls.
+/// A plain drum has the one sector 0.
+inline int sector(const MillFrame& mill, double psi, double mill_angle)
+{
+  if (mill.lifters == 0) return 0;
+  const double pitch = 2.0 * std::acos(-1.0) / mill.lifters;
+  const long k = std::lround((psi - mill_angle - mill.phase) / pitch);
+  const int n = mill.lifters;
+  return static_cast<int>(((k % n) + n) % n);
+}
+
+enum class State { on_wall = 1, in_bed = 2, in_flight = 3 };
+
+/// What a ball feels and where it is at the end of a step.
+struct Observation {
+  bool liner_contact;  ///< touches the groove (not only a lifter)
+  bool wall_contact;   ///< touches any part of the wall
+  bool contact_force;  ///< feels any contact force, of wall or ball
+  Vector position, velocity;
+  double ball_radius, mill_angle, time;
+};
+
+/// A moment at which a ball lost a contact. count is the number of confirmed ones so far; angle and
+/// sector are worked out when it is confirmed.
+struct Event {
+  double count = 0.0, angle = 0.0, mill_angle = 0.0, sector = 0.0, time = 0.0;
+  Vector position{}, velocity{};
+};
+
+/// Memory of one ball. All members are double so that the engine can carry the record through rank
+/// changes and restarts as an array.
+struct Record {
+  double state = 2.0;          ///< State; in bed until observed
+  double had_liner = 0.0;      ///< liner contact at the last observation
+  double had_force = 0.0;      ///< contact force at the last observation
+  double liner_pending = 0.0;  ///< contact lost, ball still near
+  double flight_pending = 0.0;
+  double in_flight = 0.0;      ///< a confirmed flight goes on
+  double touched_liner = 0.0;  ///< on the liner since its last flight began
+  double outermost = 0.0;      ///< the last flight began from the outermost layer
+  double carrier = -1.0;       ///< lifter that carried the ball last; -1: not seen yet
+  Event liner_candidate, flight_candidate;
+  Event liner_off, flight;  ///< confirmed
+  Vector flight_place{};    ///< of the flight candidate, in the frame that turns with the mill
+};
+inline constexpr int record_size = sizeof(Record) / sizeof(double);
+static_assert(sizeof(Record) == record_size * sizeof(double), "Record holds doubles only");
+
+/// Which events were confirmed by an observation.
+struct Confirmed {
+  bool liner_off = false, flight = false;
+};
+
+namespace detail {
+
+inline Event event_at(const Observation& now, double count)
+{
+  Event e;
+  e.count = count;
+  e.mill_angle = now.mill_angle;
+  e.time = now.time;
+  e.position = now.position;
+  e.velocity = now.velocity;
+  return e;
+}
+
+inline Event confirmed_event(const MillFrame& mill, Event e)
+{
+  const double psi = polar(mill, e.position).psi;
+  e.angle = angle_from_vertical(psi);
+  e.sector = sector(mill, psi, e.mill_angle);
+  return e;
+}
+
+/// Whether a ball is farther from the groove than `gap` [m].
+inline bool clear_of_groove(const MillFrame& mill, const Vector& position, double ball_radius,
+                            double gap)
+{
+  const double inside = std::max(0.0, mill.radius - ball_radius - gap);
+  return square_from_axis(mill, position) < inside * inside;
+}
+
+inline void follow_liner(Record& ball, const MillFrame& mill, const Observation& now, double gap,
+                         Confirmed& confirmed)
+{
+  if (now.liner_contact) {
+    ball.liner_pending = 0.0;
+    ball.touched_liner = 1.0;
+  } else if (ball.had_liner != 0.0) {
+    ball.liner_candidate = event_at(now, ball.liner_off.count + 1.0);
+    ball.liner_pending = 1.0;
+  }
+  if (ball.liner_pending != 0.0 && clear_of_groove(mill, now.position, now.ball_radius, gap)) {
+    ball.liner_off = confirmed_event(mill, ball.liner_candidate);
+    ball.liner_pending = 0.0;
+    confirmed.liner_off = true;
+  }
+  ball.had_liner = now.liner_contact;
+}
+
+/// Place of the ball in the frame that turns with the mill, from the mill's origin.
+inline Vector place_in_mill(const MillFrame& mill, const Vector& position, const Turn& back)
+{
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = position[d] - mill.origin[d];
+  return rotated(arm, mill.axis, back);
+}
+
+/// Square of the distance of two places in the cross-section: the axial box is periodic.
+inline double square_apart(const MillFrame& mill, const Vector& a, const Vector& b)
+{
+  Vector apart;
+  for (int d = 0; d < 3; ++d) apart[d] = a[d] - b[d];
+  const double along = dot(apart, mill.axis);
+  return std::max(0.0, dot(apart, apart) - along * along);
+}
+
+inline void follow_flight(Record& ball, const MillFrame& mill, const Observation& now,
+                          const Turn& back, double gap, Confirmed& confirmed)
+{
+  if (now.contact_force) {
+    ball.flight_pending = 0.0;
+    ball.in_flight = 0.0;
+  } else if (ball.had_force != 0.0) {
+    ball.flight_candidate = event_at(now, ball.flight.count + 1.0);
+    ball.flight_place = place_in_mill(mill, now.position, back);
+    ball.flight_pending = 1.0;
+  }
+  if (ball.flight_pending != 0.0 &&
+      square_apart(mill, place_in_mill(mill, now.position, back), ball.flight_place) > gap * gap) {
+    ball.flight = confirmed_event(mill, ball.flight_candidate);
+    ball.flight_pending = 0.0;
+    ball.in_flight = 1.0;
+    ball.outermost = ball.touched_liner;
+    ball.touched_liner = 0.0;
+    confirmed.flight = true;
+  }
+  ball.had_force = now.contact_force;
+}
+
+}  // namespace detail
+
+/// What an observation with the same contacts as the last one could still confirm. Balls that lie
+/// near the groove without touching it wait for long.
+enum class Pending : signed char { nothing, liner, flight };  ///< flight: with or without liner
+inline Pending pending(const Record& ball)
+{
+  if (ball.flight_pending != 0.0) return Pending::flight;
+  return ball.liner_pending != 0.0 ? Pending::liner : Pending::nothing;
+}
+
+/// Whether an observation with the same contacts may change the record of a ball: a look that needs
+/// no record.
+inline bool may_confirm(Pending pending, const MillFrame& mill, const Vector& position,
+                        double ball_radius, double gap_over_radius)
+{
+  if (pending != Pending::liner) return pending == Pending::flight;
+  return detail::clear_of_groove(mill, position, ball_radius, gap_over_radius * ball_radius);
+}
+
+/// Advances a ball's record by one observation. Two events are told apart:
+///   liner_off  the groove's contact is lost, and the ball has since moved inward by more than
+///              `gap_over_radius` ball radii (it may ride a lifter face);
+///   flight     no contact force of any kind, and the ball has since left the place that moves with
+///              the mill by more than `gap_over_radius` ball radii.
+/// Either is recorded as of the step at which contact was lost; a ball that touches again before
+/// the gap is reached has only rattled, and nothing is recorded. Derived here.
+/// `back` is the turn by minus the mill's angle.
+inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
+                         const Turn& back, double gap_over_radius)
+{
+  Confirmed confirmed;
+  const State state = now.wall_contact    ? State::on_wall
+                      : now.contact_force ? State::in_bed
+                                          : State::in_flight;
+  ball.state = static_cast<double>(state);
+  const double gap = gap_over_radius * now.ball_radius;
+  detail::follow_liner(ball, mill, now, gap, confirmed);
+  detail::follow_flight(ball, mill, now, back, gap, confirmed);
+  return confirmed;
+}
+inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
+                         double gap_over_radius)
+{
+  return observe(ball, mill, now, Turn(-now.mill_angle), gap_over_radius);
+}
+
+/// How fast the mill turns [rad/s], and gravity [m/s^2].
+struct Drive {
+  double speed, gravity;
+};
+
+/// Whether the mill carries a ball: it touches the wall, or it touches balls and moves with the
+/// mill. That is, slower relative to it than after a fall through `gap_over_radius` ball radii,
+/// v^2 = 2 g gap: a ball the mill lets go passes this speed as it falls behind by the gap. So balls
+/// that meet in flight are not carried, though they touch. Derived here.
+inline bool carried(const MillFrame& mill, const Drive& drive, const Observation& now,
+                    double gap_over_radius)
+{
+  if (now.wall_contact || !now.contact_force) return now.wall_contact;
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = now.position[d] - mill.origin[d];
+  const Vector with_mill = cross(mill.axis, arm);
+  double square = 0.0;
+  for (int d = 0; d < 3; ++d) {
+    const double apart = now.velocity[d] - drive.speed * with_mill[d];
+    square += apart * apart;
+  }
+  return square < 2.0 * drive.gravity * gap_over_radius * now.ball_radius;
+}
+
+/// Remembers the lifter a ball is carried by. A ball that is not carried keeps the lifter it left,
+/// whatever it meets in flight. What moves with the mill changes its lifter slowly: a look at every
+/// few thousandths of a turn is enough.
+inline void follow_carrier(Record& ball, const MillFrame& mill, const Drive& drive,
+                           const Observation& now, double gap_over_radius)
+{
+  if (carried(mill, drive, now, gap_over_radius))
+    ball.carrier = sector(mill, polar(mill, now.position).psi, now.mill_angle);
+}
+
+/// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)
+/// and merged across ranks (Chan, Golub, LeVeque, Am. Stat. 37 (1983) 242).
+struct AngleStatistics {
+  double count = 0.0, mean = 0.0, sum_squares = 0.0;  ///< sum of squared deviations [rad^2]
+
+  void add(double angle)
+  {
+    count += 1.0;
+    const double deviation = angle - mean;
+    mean += deviation / count;
+    sum_squares += deviation * (angle - mean);
+  }
+  void merge(const AngleStatistics& other)
+  {
+    if (other.count == 0.0) return;
+    const double total = count + other.count, deviation = other.mean - mean;
+    mean += deviation * other.count / total;
+    sum_squares += other.sum_squares + deviation * deviation * count * other.count / total;
+    count = total;
+  }
+  /// Of a sample (n - 1); 0 below two events [rad].
+  double standard_deviation() const
+  {
+    return count < 2.0 ? 0.0 : std::sqrt(sum_squares / (count - 1.0));
+  }
+};
+
+}  // namespace millscale::detachment

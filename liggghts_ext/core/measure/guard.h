@@ -1,0 +1,216 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/liner/nearest.h"
+#include "core/liner/touches.h"
+#include "core/math/format.h"
+#include "core/math/vector.h"
+#include "core/similarity/operating_point.h"
+
+namespace millscale::charge {
+
+/// Twice the speed a ball can have that no other ball has hit [m/s]: 2 sqrt((2 omega R)^2 + 4 g R).
+///
+/// Derived here. The wall goes at omega R or less, so an elastic impact throws a ball at 2 omega R
+/// at most; from the top of the mill it falls by 2 R at most. A ball at rest that is hit by a much
+/// heavier one of this speed leaves at (1 + e) times it, hence twice. Chains of impacts among balls
+/// of very different sizes could exceed it; nothing measured comes near.
+inline double plausible_speed(const similarity::OperatingPoint& mill)
+{
+  const double thrown = 2.0 * mill.omega * mill.radius;
+  return 2.0 * std::sqrt(thrown * thrown + 4.0 * mill.gravity * mill.radius);
+}
+
+/// Index of the first of `count` vectors, 3 numbers each, that is longer than a limit or no number;
+/// `count` if none is.
+///
+/// Blocks are passed by one sum: a vector longer than the limit has numbers x with a sum of
+/// (x / limit)^8 over 1 / 27, and a NaN leaves no sum. Ordinary speeds, far below the limit, hardly
+/// add to it. Lanes, so that the compiler adds several numbers at once.
+inline std::size_t first_beyond(const double* vectors, std::size_t count, double limit)
+{
+  constexpr std::size_t lanes = 8, block = 64;
+  const double scale = 1.0 / (limit * limit);
+  for (std::size_t begin = 0; begin < count; begin += block) {
+    const std::size_t end = begin + block < count ? begin + block : count;
+    double sum[lanes] = {};
+    std::size_t k = 3 * begin;
+    for (; k + lanes <= 3 * end; k += lanes)
+      for (std::size_t lane = 0; lane < lanes; ++lane) {
+        const double second = vectors[k + lane] * vectors[k + lane] * scale;
+        sum[lane] += second * second * second * second;
+      }
+    for (; k < 3 * end; ++k) sum[0] += std::pow(vectors[k] * vectors[k] * scale, 4);
+    double all = 0.0;
+    for (const double s : sum) all += s;
+    if (all < 0.999 / 27.0) continue;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double* v = vectors + 3 * i;
+      if (!(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] <= limit * limit)) return i;
+    }
+  }
+  return count;
+}
+
+inline bool finite(const Vector& v)
+{
+  return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+
+/// One ball as an error tells of it.
+struct Suspect {
+  long id;
+  Vector position, velocity, force;  ///< [m], [m/s], [N]
+};
+
+/// Looks at balls near the liner, and says where in the mill a point is.
+class WallGuard {
+ public:
+  /// overlap_limit: of a ball and the wall, in ball radii.
+  WallGuard(const liner::Liner& liner, double overlap_limit)
+      : liner_(liner), touches_(liner), limit_(overlap_limit)
+  {
+  }
+
+  /// Whether a ball of a radius [m] this far from the axis [m^2] can neither touch the liner nor be
+  /// beyond it; not so if this is no number.
+  bool clear(double distance_squared, double radius) const
+  {
+    const double reach = touches_.clear_radius() - radius;
+    return reach > 0.0 && distance_squared < reach * reach;
+  }
+
+  /// What is wrong with a ball of a radius [m] at a point of the cross-section of the mill at rest.
+  std::optional<std::string> fault(liner::Point p, double radius) const
+  {
+    const double square = p.x * p.x + p.z * p.z;
+    if (clear(square, radius)) return std::nullopt;
+    if (!std::isfinite(square)) return "has no finite position";
+    if (!liner::inside(liner_, p))
+      return "is outside the mill, its centre " + format(-liner::nearest(liner_, p).distance) +
+             " m beyond " + where(p);
+    const double deepest = largest_overlap(p, radius);
+    if (!(deepest > limit_ * radius)) return std::nullopt;
+    return "overlaps " + where(p) + " by " + format(deepest / radius) +
+           " of its radius, the limit is " + format(limit_);
+  }
+
+  /// Whether a point is beyond the liner or in the outer fifth of the mill.
+  bool near(liner::Point p) const
+  {
+    return !(p.x * p.x + p.z * p.z < 0.64 * liner_.radius() * liner_.radius());
+  }
+
+  /// The part of the liner nearest to a point.
+  std::string where(liner::Point p) const
+  {
+    if (!std::isfinite(p.x) || !std::isfinite(p.z)) return "an unknown wall";
+    const liner::Nearest nearest = liner::nearest(liner_, p);
+    if (liner_.lifters() == 0) return "the drum";
+    const std::string number = " " + std::to_string(nearest.sector);
+    switch (nearest.face) {
+      case liner::Face::groove:
+        return "groove" + number;
+      case liner::Face::leading:
+        return "the leading face of lifter" + number;
+      case liner::Face::trailing:
+        return "the trailing face of lifter" + number;
+      default:
+        return "the top of lifter" + number;
+    }
+  }
+
+ private:
+  double largest_overlap(liner::Point p, double radius) const
+  {
+    const liner::Touches found = touches_.touches(p, radius);
+    double deepest = 0.0;
+    for (int t = 0; t < found.count; ++t)
+      deepest = std::fmax(deepest, found.touch[static_cast<std::size_t>(t)].overlap);
+    return deepest;
+  }
+
+  liner::Liner liner_;
+  liner::TouchFinder touches_;
+  double limit_;
+};
+
+inline std::string text(const Vector& v)
+{
+  return "(" + format(v[0]) + ", " + format(v[1]) + ", " + format(v[2]) + ")";
+}
+
+/// What may be behind a fault, as far as the rank that found it knows.
+struct Circumstances {
+  bool walls = true;           ///< there are any
+  bool compared = true;        ///< the wall is that of the mill
+  bool past_open_end = false;  ///< the ball is, on the axis, where no wall closes the mill
+  bool hole = false;           ///< the mesh has no triangle in the direction of the ball
+  double wobble = 0.0;         ///< of the mesh, in radii of the mill
+  double bed_overlap = 0.0;    ///< of balls that carry a bed as deep as the radius, in ball radii
+  double step = 0.0;           ///< in Rayleigh times of the ball; 0: not known
+};
+
+inline std::string about(double x)
+{
+  char words[32];
+  std::snprintf(words, sizeof words, "%.2g", x);
+  return words;
+}
+
+/// Causes with what to do about each, the likeliest first: what is missing or does not fit, then
+/// what is beyond its usual measure, farthest first. The words `overlap`, `outside` and the like
+/// name the fault itself and stay out of here, for those who search the sentence for them.
+inline std::vector<std::string> causes(const Circumstances& c)
+{
+  std::vector<std::string> found;
+  const auto add = [&found](bool so, const std::string& words) {
+    if (so) found.push_back(words);
+  };
+  add(!c.walls, "no wall holds the balls (fix wall/mill, or fix wall/gran with the mesh)");
+  add(c.past_open_end,
+      "no wall closes this end of the mill (`ends` of fix wall/mill, an end in the mesh, or a box "
+      "that is periodic along the axis)");
+  add(c.hole, "a hole in the mesh: in this direction from the axis it has no triangle");
+  add(!c.compared,
+      "a mesh of another radius than the mill's (name it as `mesh` of fix mill/similarity, which "
+      "compares them)");
+  add(c.wobble > 1e-3, "a mesh that wobbles by " + about(c.wobble) +
+                           " of the radius (`origin` of fix mill/similarity)");
+  constexpr double usual_overlap = 0.05, usual_step = 0.2;
+  const std::string soft = "a soft material, in whose bed balls sink " + about(c.bed_overlap) +
+                           " radii into each other, usual is up to " + about(usual_overlap) +
+                           " (a larger youngsModulus)";
+  const std::string step =
+      (c.step > 0.0 ? "the time step, " + about(c.step) + " Rayleigh times, usual is up to " +
+                          about(usual_step)
+                    : std::string("the time step")) +
+      " (a shorter timestep)";
+  const bool is_soft = c.bed_overlap > usual_overlap;
+  const bool soft_first = c.bed_overlap / usual_overlap > c.step / usual_step;
+  add(is_soft && soft_first, soft);
+  found.push_back(step);
+  add(is_soft && !soft_first, soft);
+  return found;
+}
+
+/// The whole sentence: who, what, when, where, and what may be behind it.
+inline std::string report(const Suspect& ball, const std::string& fault, long step,
+                          const std::string& near_wall, const std::vector<std::string>& causes)
+{
+  std::string list;
+  for (const std::string& cause : causes) list += (list.empty() ? "" : "; ") + cause;
+  return "fix mill/guard: ball " + std::to_string(ball.id) + " " + fault + "; step " +
+         std::to_string(step) + ", position " + text(ball.position) + " m, speed " +
+         format(std::sqrt(dot(ball.velocity, ball.velocity))) + " m/s, force " +
+         format(std::sqrt(dot(ball.force, ball.force))) + " N, nearest wall " + near_wall +
+         "; likeliest first: " + list + "; see docs/hard-cases.md";
+}
+
+}  // namespace millscale::charge

@@ -1,0 +1,84 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill / ledger, FixMillLedger)
+
+#else
+
+#ifndef LMP_FIX_MILL_LEDGER_H
+#define LMP_FIX_MILL_LEDGER_H
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/energy/contact_sums.h"
+#include "core/energy/energy_budget.h"
+#include "fix.h"
+
+namespace LAMMPS_NS {
+
+class FixMillSimilarity;
+
+/// Account of the charge's energy: work of the mill, energies of the balls, what contacts store and
+/// dissipate, and the spectrum of impacts. `pair_style gran ... surface fast` and fix wall/mill
+/// write into it while it is there. Arguments and f_ID[k]: docs/styles.md; method: docs/energy.md.
+class FixMillLedger : public Fix {
+ public:
+  FixMillLedger(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void init() override;
+  void setup_pre_force(int) override;
+  void setup(int) override;
+  void pre_force(int) override;
+  void end_of_step() override;
+  void post_run() override;
+  double compute_vector(int) override;
+  void write_restart(FILE*) override;
+  void restart(char*) override;
+
+  millscale::ledger::PairSums& between_balls() { return between_balls_; }
+  millscale::ledger::ContactSums& on_wall() { return on_wall_; }
+
+ private:
+  /// Energies of balls and contacts at one step [J].
+  struct Energies {
+    double translation = 0.0, rotation = 0.0, potential = 0.0;
+    std::array<millscale::ledger::Stored, millscale::ledger::pairings> stored{};
+  };
+  /// The mill angles between which impacts go to the spectrum [rad].
+  struct Window {
+    double from = 0.0, to = -1.0, first = 0.0, last = 0.0;
+    double written = 0.0;  ///< 1: complete, and in the file
+  };
+  /// What a restart file holds, on all ranks together.
+  struct State;
+
+  void parse(int narg, char** arg);
+  void refuse_what_is_not_covered() const;
+  millscale::ledger::Works powers(double shift) const;
+  Energies energies() const;
+  Energies energies_of_all_ranks() const;
+  State state_of_all_ranks() const;
+  void tell();
+  void write_impacts();
+  bool put_impacts(const std::string& name, const State& all) const;
+
+  static constexpr int numbers = 25;
+  std::string mill_id_, file_;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  millscale::ledger::PairSums between_balls_;
+  millscale::ledger::ContactSums on_wall_;
+  millscale::ledger::WorkSums work_;
+  Energies begin_;               ///< of all ranks, where the account begins
+  double begun_ = 0.0;           ///< 1: there is a begin
+  bool forces_carried_ = false;  ///< a restart: the next kick has been accounted for
+  Window window_;
+  bigint told_ = -1;  ///< step of `told`
+  std::array<double, numbers> terms_{};
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

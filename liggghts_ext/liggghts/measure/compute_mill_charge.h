@@ -1,0 +1,61 @@
+#ifdef COMPUTE_CLASS
+
+ComputeStyle(mill / charge, ComputeMillCharge)
+
+#else
+
+#ifndef LMP_COMPUTE_MILL_CHARGE_H
+#define LMP_COMPUTE_MILL_CHARGE_H
+
+#include <mpi.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "compute.h"
+#include "core/math/vector.h"
+#include "core/measure/charge_sums.h"
+#include "core/measure/overlap_search.h"
+
+namespace LAMMPS_NS {
+
+class FixMillSimilarity;
+
+/// What the charge as a whole does, in one pass over the balls and one collective: energies, centre
+/// of mass, monitoring boxes, toe and shoulder, largest overlap and speed. Stops the run when balls
+/// are lost or outside the liner. Arguments and c_ID[k]: docs/styles.md.
+class ComputeMillCharge : public Compute {
+ public:
+  ComputeMillCharge(class LAMMPS*, int& iarg, int narg, char**);
+  ~ComputeMillCharge() override;
+  void init() override;
+  void compute_vector() override;
+
+ private:
+  void parse(int narg, char** arg, int first);
+  void read_balls();
+  double largest_overlap();
+  void sum_over_ranks();
+  void check_all_are_there(double found);
+  void report_outside(double count);
+  std::string missing_ids(double before) const;
+  millscale::Vector arm(int i) const;
+  millscale::liner::Point centre(int i) const;
+  double angular_momentum(int i) const;
+
+  std::string mill_id_;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  millscale::liner::Widths widths_;
+  std::optional<double> box_angle_;
+  std::unique_ptr<millscale::charge::ChargeSums> sums_;
+  millscale::charge::OverlapSearch search_;
+  double last_balls_ = 0.0;  ///< at the last sample of this run
+  MPI_Datatype numbers_type_ = MPI_DATATYPE_NULL;
+  MPI_Op merge_ = MPI_OP_NULL;
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

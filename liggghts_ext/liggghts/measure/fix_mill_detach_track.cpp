@@ -1,0 +1,309 @@
+#include "liggghts/measure/fix_mill_detach_track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
+
+#include "atom.h"
+#include "comm.h"
+#include "core/liner/liner.h"
+#include "error.h"
+#include "fix_contact_history_mesh.h"
+#include "fix_mesh_surface.h"
+#include "liggghts/common/argument_list.h"
+#include "liggghts/mill/mill_of.h"
+#include "liggghts/wall/fix_wall_mill.h"
+#include "liggghts/wall/same_liner.h"
+#include "modify.h"
+#include "tri_mesh.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+namespace detachment = millscale::detachment;
+using detachment::Record;
+using millscale::Vector;
+
+namespace {
+
+constexpr int record_size = detachment::record_size;
+// What a ball touches, as bits; and of what is seen of it, what is pending in units above them.
+constexpr signed char on_wall = 1, on_groove = 2, in_contact = 4;
+constexpr signed char unknown = -1, pending_unit = 8;
+
+/// The record in a row, in place: records are doubles only, and all balls are looked at each step.
+Record& record_in(double* row)
+{
+  static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) == alignof(double));
+  return *std::launder(reinterpret_cast<Record*>(row));
+}
+
+/// Whether a wall triangle belongs to the groove: it lies in the outer half of the lifter's height
+/// and faces the axis more than it faces along the circumference.
+bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill, double lifter_top)
+{
+  Vector node[3], edge[2], centre{};
+  for (int n = 0; n < 3; ++n) {
+    mesh.node(triangle, n, node[n].data());
+    for (int d = 0; d < 3; ++d) centre[d] += node[n][d] / 3.0;
+  }
+  for (int e = 0; e < 2; ++e)
+    for (int d = 0; d < 3; ++d) edge[e][d] = node[e + 1][d] - node[0][d];
+  const Vector normal = millscale::cross(edge[0], edge[1]);
+  Vector radial{};
+  for (int d = 0; d < 3; ++d) radial[d] = centre[d] - mill.origin[d];
+  const double along = millscale::dot(radial, mill.axis);
+  for (int d = 0; d < 3; ++d) radial[d] -= along * mill.axis[d];
+  const double radius = std::sqrt(millscale::dot(radial, radial));
+  const double facing = std::abs(millscale::dot(normal, radial)) /
+                        (radius * std::sqrt(millscale::dot(normal, normal)));
+  return radius > 0.5 * (mill.radius + lifter_top) && facing > std::sqrt(0.5);
+}
+
+}  // namespace
+
+FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg)
+    : FixPerBallRows(lmp, narg, arg, record_size)
+{
+  restart_global = 1;
+  nevery = 1;
+  time_depend = 1;
+  try {
+    parse(narg, arg);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+  seen_.assign(atom->nmax, unknown);
+  for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
+}
+
+void FixMillDetachTrack::parse(int narg, char** arg)
+{
+  millscale::ArgumentList list(narg, arg, 3);
+  while (!list.done()) {
+    const std::string key = list.word("a keyword");
+    if (key == "mill")
+      mill_id_ = list.word(key);
+    else if (key == "lifters")
+      mill_.lifters = list.count(key, millscale::liner::most_lifters);
+    else if (key == "lifter_top_radius")
+      lifter_top_radius_ = list.positive(key);
+    else if (key == "phase")
+      mill_.phase = list.number(key);
+    else if (key == "gap")
+      gap_ = list.positive(key);
+    else if (key == "force_tolerance")
+      force_tolerance_ = list.positive(key);
+    else
+      throw std::invalid_argument("unknown keyword '" + key +
+                                  "'; accepted are mill, lifters, "
+                                  "lifter_top_radius, phase, gap, force_tolerance");
+  }
+  if (mill_id_.empty())
+    throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
+  if (mill_.lifters > 0 && lifter_top_radius_ == 0.0)
+    throw std::invalid_argument("lifter_top_radius: needed [m] where lifters is > 0");
+}
+
+int FixMillDetachTrack::setmask()
+{
+  return END_OF_STEP;
+}
+
+void FixMillDetachTrack::init()
+{
+  try {
+    mill_fix_ = mill_of(modify, mill_id_);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+  analytic_walls_.clear();
+  for (int f = 0; f < modify->nfix; ++f)
+    if (auto* wall = dynamic_cast<FixWallMill*>(modify->fix[f])) analytic_walls_.push_back(wall);
+  mill_.axis = mill_fix_->axis();
+  mill_.down = mill_fix_->down();
+  mill_.origin = mill_fix_->origin();
+  mill_.radius = mill_fix_->scaled().mill.radius;
+  if (lifter_top_radius_ >= mill_.radius) {
+    const std::string message = "lifter_top_radius: must be below the scaled mill's radius " +
+                                millscale::format(mill_.radius) + " m, got " +
+                                millscale::format(lifter_top_radius_) + " m";
+    error->fix_error(FLERR, this, message.c_str());
+  }
+  try {
+    LinerOfWalls(modify, mill_id_)
+        .require_same_lifters(
+            {mill_.radius, lifter_top_radius_, 0.0, 0.0, mill_.lifters, mill_.phase});
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+void FixMillDetachTrack::end_of_step()
+{
+  observe_all();
+}
+
+void FixMillDetachTrack::observe_all()
+{
+  detachment::Observation now{};
+  now.mill_angle = mill_fix_->mill_angle();
+  now.time = mill_fix_->mill_time();
+  const millscale::Turn back(-now.mill_angle);
+  const bool look = looks_at_carriers();
+  const detachment::Drive drive{mill_fix_->speed_now(), mill_fix_->gravity()};
+  mark_contacts();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    if ((!look && !may_change(i)) || !(atom->mask[i] & groupbit)) continue;
+    now.wall_contact = marks_[i] & on_wall;
+    now.liner_contact = marks_[i] & on_groove;
+    now.contact_force = marks_[i] & in_contact;
+    now.ball_radius = atom->radius[i];
+    std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
+    std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
+    Record& ball = record_in(row(i));
+    count(detachment::observe(ball, mill_, now, back, gap_), ball);
+    if (look) detachment::follow_carrier(ball, mill_, drive, now, gap_);
+    seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
+  }
+}
+
+/// What each ball touches.
+void FixMillDetachTrack::mark_contacts()
+{
+  const int balls = atom->nlocal;
+  marks_.resize(balls);
+  // All that acts on a ball but its weight is contact.
+  const double g = mill_fix_->gravity(), gx = g * mill_.down[0], gy = g * mill_.down[1],
+               gz = g * mill_.down[2], least = force_tolerance_ * force_tolerance_ * g * g;
+  const double* mass = atom->rmass;
+  const auto* force = reinterpret_cast<const double(*)[3]>(balls > 0 ? atom->f[0] : nullptr);
+  for (int i = 0; i < balls; ++i) {
+    const double m = mass[i], x = force[i][0] - m * gx, y = force[i][1] - m * gy,
+                 z = force[i][2] - m * gz;
+    marks_[i] = x * x + y * y + z * z > least * m * m ? in_contact : 0;
+  }
+  for (const FixWallMill* wall : analytic_walls_)
+    wall->mark_contacts(marks_, on_wall | in_contact, on_groove);
+  if (mill_fix_->meshes().empty()) return;
+  for (int i = 0; i < balls; ++i) marks_[i] |= mesh_contacts(i);
+}
+
+/// Records are long, and most say at most steps what they said before: whether to read one.
+bool FixMillDetachTrack::may_change(int i) const
+{
+  if (seen_[i] == marks_[i]) return false;
+  if (seen_[i] == unknown || seen_[i] % pending_unit != marks_[i]) return true;
+  const double* x = atom->x[i];
+  return detachment::may_confirm(static_cast<detachment::Pending>(seen_[i] / pending_unit), mill_,
+                                 {x[0], x[1], x[2]}, atom->radius[i], gap_);
+}
+
+void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record& ball)
+{
+  if (event.liner_off) statistics_.liner_off.add(ball.liner_off.angle);
+  if (!event.flight) return;
+  statistics_.flight.add(ball.flight.angle);
+  if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
+}
+
+/// Whether the mill has come past a multiple of 1/25 of the lifters' pitch in this step: a function
+/// of the step alone, so that a restart changes nothing.
+bool FixMillDetachTrack::looks_at_carriers() const
+{
+  const double pi = std::acos(-1.0);
+  const double interval = 2.0 * pi / (25.0 * std::max(mill_.lifters, 1));
+  const double angle = mill_fix_->mill_angle();
+  const double before = angle - mill_fix_->speed_now() * update->dt;
+  return std::floor(angle / interval) != std::floor(before / interval);
+}
+
+signed char FixMillDetachTrack::mesh_contacts(int i) const
+{
+  signed char marks = 0;
+  for (FixMeshSurface* fix : mill_fix_->meshes()) {
+    const FixContactHistoryMesh* contacts = fix->contactHistory();
+    if (!contacts) continue;
+    for (int j = 0; j < contacts->nneighs(i) && !(marks & on_groove); ++j) {
+      const int id = contacts->get_partner_idTri(i, j);
+      if (id < 0) continue;
+      marks |= on_wall | in_contact;
+      const int triangle = fix->triMesh()->map(id, 0);
+      if (triangle >= 0 && is_groove(*fix->triMesh(), triangle, mill_, lifter_top_radius_))
+        marks |= on_groove;
+    }
+  }
+  return marks;
+}
+
+const Record& FixMillDetachTrack::record(int i) const
+{
+  return record_in(row(i));
+}
+
+double FixMillDetachTrack::mill_time() const
+{
+  return mill_fix_->mill_time();
+}
+
+FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() const
+{
+  constexpr int size = sizeof(Statistics) / sizeof(double);
+  std::vector<Statistics> of_rank(comm->nprocs);
+  Statistics mine = statistics_, all;
+  MPI_Allgather(&mine, size, MPI_DOUBLE, of_rank.data(), size, MPI_DOUBLE, world);
+  for (const Statistics& part : of_rank) {
+    all.liner_off.merge(part.liner_off);
+    all.flight.merge(part.flight);
+    all.outermost.merge(part.outermost);
+  }
+  return all;
+}
+
+void FixMillDetachTrack::set_arrays(int i)
+{
+  new (row(i)) Record{};
+  seen_[i] = unknown;
+}
+
+void FixMillDetachTrack::grow_arrays(int nmax)
+{
+  FixPerBallRows::grow_arrays(nmax);
+  seen_.resize(nmax, unknown);
+}
+
+void FixMillDetachTrack::copy_arrays(int i, int j, int delflag)
+{
+  FixPerBallRows::copy_arrays(i, j, delflag);
+  seen_[j] = seen_[i];
+}
+
+int FixMillDetachTrack::unpack_exchange(int i, double* buffer)
+{
+  seen_[i] = unknown;
+  return FixPerBallRows::unpack_exchange(i, buffer);
+}
+
+void FixMillDetachTrack::unpack_restart(int i, int nth)
+{
+  seen_[i] = unknown;
+  FixPerBallRows::unpack_restart(i, nth);
+}
+
+void FixMillDetachTrack::write_restart(FILE* file)
+{
+  const Statistics all = statistics_of_all_ranks();
+  if (comm->me != 0) return;
+  const int bytes = sizeof all;
+  fwrite(&bytes, sizeof bytes, 1, file);
+  fwrite(&all, 1, sizeof all, file);
+}
+
+void FixMillDetachTrack::restart(char* buffer)
+{
+  if (comm->me == 0) std::memcpy(static_cast<void*>(&statistics_), buffer, sizeof statistics_);
+}

@@ -1,0 +1,73 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill / detach / track, FixMillDetachTrack)
+
+#else
+
+#ifndef LMP_FIX_MILL_DETACH_TRACK_H
+#define LMP_FIX_MILL_DETACH_TRACK_H
+
+#include <string>
+#include <vector>
+
+#include "core/measure/detachment.h"
+#include "liggghts/common/fix_per_ball_rows.h"
+
+namespace LAMMPS_NS {
+
+class FixMillSimilarity;
+class FixWallMill;
+
+/// Per-ball detachment records, advanced at the end of every step and carried across ranks and
+/// restarts. Made by compute mill/detach, which publishes them; arguments: docs/styles.md.
+class FixMillDetachTrack : public FixPerBallRows {
+ public:
+  /// Statistics of confirmed events since the records began, on this rank.
+  struct Statistics {
+    millscale::detachment::AngleStatistics liner_off, flight, outermost;
+  };
+
+  FixMillDetachTrack(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void init() override;
+  void end_of_step() override;
+
+  const millscale::detachment::Record& record(int i) const;
+  Statistics statistics_of_all_ranks() const;
+  double mill_time() const;
+
+  void grow_arrays(int) override;
+  void copy_arrays(int, int, int) override;
+  void set_arrays(int) override;
+  int unpack_exchange(int, double*) override;
+  void unpack_restart(int, int) override;
+  void write_restart(FILE*) override;
+  void restart(char*) override;
+
+ private:
+  void parse(int narg, char** arg);
+  void observe_all();
+  void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
+  bool looks_at_carriers() const;
+  void mark_contacts();
+  signed char mesh_contacts(int i) const;
+  bool may_change(int i) const;
+
+  std::string mill_id_;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  std::vector<FixWallMill*> analytic_walls_;
+  millscale::detachment::MillFrame mill_;
+  double lifter_top_radius_ = 0.0;
+  double gap_ = 1.0;               ///< in ball radii
+  double force_tolerance_ = 1e-9;  ///< in ball weights
+  Statistics statistics_;
+  /// Of each ball: its contacts at the last step and what is pending; -1: its record must be read.
+  std::vector<signed char> seen_;
+  std::vector<signed char> marks_;  ///< what each ball touches now, as bits
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,201 @@
+#include "liggghts/measure/fix_mill_drive.h"
+
+#include <cstring>
+#include <stdexcept>
+#include <vector>
+
+#include "comm.h"
+#include "error.h"
+#include "liggghts/common/argument_list.h"
+#include "liggghts/mill/mill_of.h"
+#include "liggghts/wall/fix_wall_mill.h"
+#include "modify.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+using millscale::charge::DriveSums;
+
+namespace {
+
+constexpr double layout = 1.0;  // of restart files
+
+enum Published { work_J = 1, impulse_Nms, torque_Nm, power_W, alternating_Nm };
+constexpr int published_size = alternating_Nm;
+
+// f_ID[4..6] of a wall is the torque on it.
+constexpr int wall_numbers = 6, wall_torque = 3;
+
+}  // namespace
+
+/// Head of the state in restart files; the sums of each rank follow.
+struct FixMillDrive::State {
+  double layout, begun, ranks;
+  Interval interval;
+};
+
+FixMillDrive::FixMillDrive(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+{
+  vector_flag = 1;
+  size_vector = published_size;
+  global_freq = 1;
+  extvector = 0;
+  restart_global = 1;
+  nevery = 1;
+  try {
+    parse(narg, arg);
+    find_wall_and_mill();
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+void FixMillDrive::parse(int narg, char** arg)
+{
+  millscale::ArgumentList list(narg, arg, 3);
+  while (!list.done()) {
+    const std::string key = list.word("a keyword");
+    if (key == "mill")
+      mill_id_ = list.word(key);
+    else if (key == "wall")
+      wall_id_ = list.word(key);
+    else if (key == "every")
+      every_ = list.count(key);
+    else
+      throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, wall, every");
+  }
+  if (every_ < 1)
+    throw std::invalid_argument(
+        "every: the number of steps between two rows of the series is needed, >= 1");
+}
+
+void FixMillDrive::find_wall_and_mill()
+{
+  mill_fix_ = mill_of(modify, mill_id_);
+  wall_ = modify->find_fix_id(wall_id_.c_str());
+  analytic_ = dynamic_cast<FixWallMill*>(wall_);
+  const bool mesh = wall_ && std::string(wall_->style) == "mesh/surface/stress" &&
+                    wall_->size_vector >= wall_numbers;
+  if (!analytic_ && !mesh)
+    throw std::invalid_argument("wall: '" + wall_id_ +
+                                "' is not the id of a fix wall/mill or mesh/surface/stress; "
+                                "define that fix first");
+}
+
+int FixMillDrive::setmask()
+{
+  return END_OF_STEP;
+}
+
+void FixMillDrive::init()
+{
+  try {
+    find_wall_and_mill();
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+  forces_carried_ = recent_restart && modify->n_fixes_style("mill/forces") > 0;
+}
+
+/// On the charge about the mill's axis, by what turns with the mill; this rank's share [N m].
+double FixMillDrive::torque_of_drive()
+{
+  const millscale::Vector& axis = mill_fix_->axis();
+  if (analytic_) return -millscale::dot(analytic_->torque_on_turning(), axis);
+  double torque = 0.0;
+  for (int d = 0; d < 3; ++d) torque -= axis[d] * wall_->compute_vector(wall_torque + d);
+  return comm->me == 0 ? torque : 0.0;  // the sum of all ranks, known to each
+}
+
+void FixMillDrive::setup(int)
+{
+  const double torque = torque_of_drive();
+  if (!forces_carried_) sums_.wait_for(torque, torque * mill_fix_->speed_now(), update->dt);
+  forces_carried_ = false;
+  if (begun_ == 0.0) interval_.began = mill_fix_->mill_time();
+  begun_ = 1.0;
+}
+
+void FixMillDrive::end_of_step()
+{
+  const double torque = torque_of_drive();
+  sums_.add(torque, torque * mill_fix_->speed_now(), update->dt, update->ntimestep);
+  interval_.steps += 1.0;
+  if (update->ntimestep % every_ == 0) end_interval();
+}
+
+DriveSums FixMillDrive::sums_of_all_ranks() const
+{
+  static_assert(sizeof(DriveSums) % sizeof(double) == 0);
+  DriveSums mine = sums_, all;
+  MPI_Allreduce(&mine, &all, sizeof(DriveSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
+  return all;
+}
+
+void FixMillDrive::end_interval()
+{
+  const DriveSums all = sums_of_all_ranks();
+  const double now = mill_fix_->mill_time(), duration = now - interval_.began;
+  interval_ = {now,
+               all.impulse(),
+               all.work(),
+               0.0,
+               (all.impulse() - interval_.impulse) / duration,
+               (all.work() - interval_.work) / duration,
+               all.alternating(update->ntimestep, static_cast<bigint>(interval_.steps))};
+  sums_.begin_interval();
+}
+
+double FixMillDrive::compute_vector(int index)
+{
+  switch (index + 1) {
+    case work_J:
+      return sums_of_all_ranks().work();
+    case impulse_Nms:
+      return sums_of_all_ranks().impulse();
+    case torque_Nm:
+      return interval_.torque;
+    case power_W:
+      return interval_.power;
+    case alternating_Nm:
+      return interval_.alternating;
+  }
+  return 0.0;
+}
+
+/// Rank by rank: a run that goes on on as many ranks then rounds as one that did not stop.
+void FixMillDrive::write_restart(FILE* file)
+{
+  constexpr int size = sizeof(DriveSums) / sizeof(double);
+  std::vector<DriveSums> sums(comm->me == 0 ? comm->nprocs : 0);
+  MPI_Gather(&sums_, size, MPI_DOUBLE, sums.data(), size, MPI_DOUBLE, 0, world);
+  if (comm->me != 0) return;
+  const State head{layout, begun_, static_cast<double>(comm->nprocs), interval_};
+  const int bytes = static_cast<int>(sizeof head + sums.size() * sizeof(DriveSums));
+  fwrite(&bytes, sizeof bytes, 1, file);
+  fwrite(&head, sizeof head, 1, file);
+  fwrite(sums.data(), sizeof(DriveSums), sums.size(), file);
+}
+
+void FixMillDrive::restart(char* buffer)
+{
+  State from{};
+  std::memcpy(&from, buffer, sizeof from);
+  if (from.layout != layout) {
+    const std::string message = "the restart file holds layout " + millscale::format(from.layout) +
+                                " of this fix, this version reads layout " +
+                                millscale::format(layout) +
+                                "; give the fix another id to begin anew";
+    error->fix_error(FLERR, this, message.c_str());
+  }
+  begun_ = from.begun;
+  interval_ = from.interval;
+  const int ranks = static_cast<int>(from.ranks);
+  std::vector<DriveSums> sums(ranks);
+  std::memcpy(sums.data(), buffer + sizeof from, ranks * sizeof(DriveSums));
+  sums_ = {};
+  if (ranks == comm->nprocs)
+    sums_ = sums[comm->me];
+  else if (comm->me == 0)
+    for (const DriveSums& of_rank : sums) sums_ += of_rank;
+}

@@ -1,0 +1,62 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill / drive, FixMillDrive)
+
+#else
+
+#ifndef LMP_FIX_MILL_DRIVE_H
+#define LMP_FIX_MILL_DRIVE_H
+
+#include <string>
+
+#include "core/measure/drive_sums.h"
+#include "fix.h"
+
+namespace LAMMPS_NS {
+
+class FixMillSimilarity;
+class FixWallMill;
+
+/// Work and torque of the drive, added up at every step, and their means between the steps at
+/// which others print them. Arguments and f_ID[k]: docs/styles.md.
+class FixMillDrive : public Fix {
+ public:
+  FixMillDrive(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void end_of_step() override;
+  double compute_vector(int) override;
+  void write_restart(FILE*) override;
+  void restart(char*) override;
+
+ private:
+  /// Of the last whole interval, and where the present one began; the same on all ranks.
+  struct Interval {
+    double began = 0.0, impulse = 0.0, work = 0.0, steps = 0.0;  ///< time [s] and sums there
+    double torque = 0.0, power = 0.0, alternating = 0.0;
+  };
+  struct State;
+
+  void parse(int narg, char** arg);
+  void find_wall_and_mill();
+  double torque_of_drive();
+  millscale::charge::DriveSums sums_of_all_ranks() const;
+  void end_interval();
+
+  std::string mill_id_, wall_id_;
+  int every_ = 0;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  Fix* wall_ = nullptr;
+  FixWallMill* analytic_ = nullptr;  ///< the wall, if it is one of ours
+  millscale::charge::DriveSums sums_;
+  Interval interval_;
+  double begun_ = 0.0;
+  bool forces_carried_ = false;
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

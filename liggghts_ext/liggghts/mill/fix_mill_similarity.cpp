@@ -1,0 +1,367 @@
+#include "liggghts/mill/fix_mill_similarity.h"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+#include "atom.h"
+#include "comm.h"
+#include "error.h"
+#include "fix_mesh_surface.h"
+#include "force.h"
+#include "group.h"
+#include "liggghts/common/argument_list.h"
+#include "liggghts/common/one_per_ball.h"
+#include "modify.h"
+#include "multi_vector_container.h"
+#include "tri_mesh.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+using millscale::format;
+using millscale::Vector;
+namespace similarity = millscale::similarity;
+
+namespace {
+
+using NodeVelocities = MultiVectorContainer<double, 3, 3>;
+constexpr double restart_layout = 1.0;
+
+enum Published {
+  mill_angle_rad = 1,
+  speed_now_rad_s,
+  gravity_m_s2,
+  froude,
+  radius_m,
+  speed_rad_s,
+  length_factor,
+  mass_factor,
+  time_factor,
+  energy_ratio,
+  centre_path_energy_ratio,
+  detach_angle_rad,
+  time_s,
+  mesh_wobble
+};
+constexpr int published_size = mesh_wobble;
+
+}  // namespace
+
+struct FixMillSimilarity::Arguments {
+  millscale::ArgumentList list;
+  similarity::OperatingPoint physical{};
+  similarity::ScalingRequest request;
+};
+
+FixMillSimilarity::FixMillSimilarity(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+{
+  scalar_flag = vector_flag = 1;
+  size_vector = published_size;
+  global_freq = 1;
+  extscalar = extvector = 0;
+  restart_global = 1;
+  time_depend = 1;
+
+  rotation_.time_base = update->get_cur_time();
+  rotation_.step_base = last_step_ = update->ntimestep;
+  rotation_.dt = update->dt;
+  try {
+    parse(narg, arg);
+  } catch (const std::invalid_argument& problem) {
+    fail(problem.what());
+  }
+  rotation_.omega = scaled_.mill.omega;
+  if (starts_at_creation_) rotation_.start = rotation_.time(update->ntimestep);
+}
+
+void FixMillSimilarity::fail(const std::string& message)
+{
+  error->fix_error(FLERR, this, message.c_str());
+  throw std::logic_error(message);  // not reached: the engine ends the program
+}
+
+void FixMillSimilarity::parse(int narg, char** arg)
+{
+  Arguments a{{narg, arg, 3}, {}, {}};
+  while (!a.list.done()) parse_option(a);
+  const similarity::OperatingPoint& mill = a.physical;
+  if (mill.radius == 0.0 || mill.gravity == 0.0 || mill.omega == 0.0 || mill.ball_radius == 0.0)
+    throw std::invalid_argument(
+        "the physical mill needs radius, gravity, omega and ball_radius (m, m/s^2, rad/s, m)");
+  normalise_directions();
+  scaled_ = similarity::scale(mill, a.request);
+  physical_radius_ = mill.radius;
+  check_meshes();
+}
+
+void FixMillSimilarity::parse_option(Arguments& a)
+{
+  const std::string key = a.list.word("a keyword");
+  if (key == "radius")
+    a.physical.radius = a.list.number(key);
+  else if (key == "gravity")
+    a.physical.gravity = a.list.number(key);
+  else if (key == "omega")
+    a.physical.omega = a.list.number(key);
+  else if (key == "ball_radius")
+    a.physical.ball_radius = a.list.number(key);
+  else if (key == "scale")
+    a.request.S = a.list.number(key);
+  else if (key == "scheme")
+    a.request.scheme = similarity::scheme_from_name(a.list.word(key));
+  else if (key == "time_factor")
+    a.request.time_factor = a.list.number(key);
+  else if (key == "policy")
+    a.request.policy = similarity::policy_from_name(a.list.word(key));
+  else if (key == "axis")
+    axis_ = a.list.vector(key);
+  else if (key == "down")
+    down_ = a.list.vector(key);
+  else if (key == "origin")
+    origin_ = a.list.vector(key);
+  else if (key == "mesh")
+    find_mesh(a.list.word(key));
+  else if (key == "centrifuging")
+    a.request.allow_centrifuging = a.list.choice(key, "allow", "refuse");
+  else if (key == "start") {
+    const std::string when = a.list.word(key);
+    starts_at_creation_ = when == "now";
+    if (when == "never")
+      rotation_.start = std::numeric_limits<double>::infinity();
+    else if (!starts_at_creation_)
+      rotation_.start = millscale::number(when, "start (a time in s, now, or never)");
+  } else
+    throw std::invalid_argument(
+        "unknown keyword '" + key +
+        "'; accepted are radius, gravity, omega, ball_radius, scale, scheme, "
+        "time_factor, policy, axis, down, origin, start, mesh, centrifuging");
+}
+
+void FixMillSimilarity::normalise_directions()
+{
+  using millscale::dot;
+  for (Vector* direction : {&axis_, &down_}) {
+    const double length = std::sqrt(dot(*direction, *direction));
+    if (!(length > 0.0)) throw std::invalid_argument("axis and down must not be zero vectors");
+    for (double& component : *direction) component /= length;
+  }
+  if (std::abs(dot(axis_, down_)) > 1e-12)
+    throw std::invalid_argument("the mill's axis must be perpendicular to down, their cosine is " +
+                                format(dot(axis_, down_)));
+}
+
+void FixMillSimilarity::find_mesh(const std::string& id)
+{
+  auto* mesh = dynamic_cast<FixMeshSurface*>(modify->find_fix_id(id.c_str()));
+  if (!mesh)
+    throw std::invalid_argument("mesh '" + id +
+                                "' is not the id of a fix mesh/surface defined before this fix");
+  if (mesh->mesh()->isMoving() || mesh->surfaceVel())
+    throw std::invalid_argument("mesh '" + id +
+                                "' is moved already, by a fix move/mesh or a surface "
+                                "velocity; remove that");
+  meshes_.push_back(mesh);
+  mesh_ids_.push_back(id);
+}
+
+int FixMillSimilarity::setmask()
+{
+  return INITIAL_INTEGRATE | PRE_FORCE | POST_FORCE;  // PRE_FORCE for its set-up call
+}
+
+void FixMillSimilarity::post_create()
+{
+  nodes_angle_ = mill_angle();
+  for (FixMeshSurface* mesh : meshes_) {
+    // A mesh taken from a restart file stands where it stood; one read from its file is unturned.
+    if (!mesh->recent_restart && nodes_angle_ != 0.0)
+      mesh->mesh()->rotate(nodes_angle_, axis_.data(), origin_.data());
+    mesh->mesh()->registerMove(false, false, true);
+  }
+}
+
+void FixMillSimilarity::pre_delete(bool unfixflag)
+{
+  if (!unfixflag) return;
+  for (std::size_t m = 0; m < meshes_.size(); ++m) {
+    FixMeshSurface* mesh = meshes_[m];
+    if (modify->find_fix_id(mesh_ids_[m].c_str()) != mesh || !mesh->mesh()->isMoving()) continue;
+    mesh->mesh()->unregisterMove(false, false, true);
+    if (auto* v = mesh->mesh()->prop().getElementProperty<NodeVelocities>("v")) v->setAll(0.0);
+  }
+}
+
+void FixMillSimilarity::init()
+{
+  try {
+    require_one_per_ball(*this, modify, atom, group, world);
+    check_meshes_are_there();
+  } catch (const std::invalid_argument& problem) {
+    fail(problem.what());
+  }
+  rotation_.renumber(last_step_, update->ntimestep);
+  rotation_.set_step_size(update->ntimestep, update->dt);
+  last_step_ = update->ntimestep;
+}
+
+void FixMillSimilarity::setup_pre_force(int)
+{
+  // The engine has just stored the nodes as they stand for later rotations to start from.
+  stored_angle_ = nodes_angle_;
+  for (FixMeshSurface* mesh : meshes_) {
+    auto& properties = mesh->mesh()->prop();
+    if (!properties.getElementProperty<NodeVelocities>("v"))
+      properties.addElementProperty<NodeVelocities>("v", "comm_exchange_borders", "frame_invariant",
+                                                    "restart_no");
+  }
+  set_wall_velocity();
+}
+
+void FixMillSimilarity::setup(int vflag)
+{
+  post_force(vflag);
+}
+
+void FixMillSimilarity::initial_integrate(int)
+{
+  last_step_ = update->ntimestep;
+  const double angle = mill_angle();
+  if (angle == nodes_angle_) return;
+  for (FixMeshSurface* mesh : meshes_)
+    mesh->mesh()->rotate(angle - stored_angle_, angle - nodes_angle_, axis_.data(), origin_.data());
+  nodes_angle_ = angle;
+  set_wall_velocity();
+}
+
+void FixMillSimilarity::set_wall_velocity()
+{
+  const double speed = speed_now();
+  const Vector omega{speed * axis_[0], speed * axis_[1], speed * axis_[2]};
+  for (FixMeshSurface* fix : meshes_) {
+    TriMesh& mesh = *fix->triMesh();
+    double*** velocity = mesh.prop().getElementProperty<NodeVelocities>("v")->begin();
+    for (int i = 0; i < mesh.size(); ++i)
+      for (int node = 0; node < 3; ++node) {
+        Vector p;
+        mesh.node(i, node, p.data());
+        for (int d = 0; d < 3; ++d) p[d] -= origin_[d];
+        const Vector v = millscale::cross(omega, p);
+        std::copy(v.begin(), v.end(), velocity[i][node]);
+      }
+  }
+}
+
+void FixMillSimilarity::post_force(int)
+{
+  const double g = gravity();
+  const Vector acceleration{g * down_[0], g * down_[1], g * down_[2]};
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (atom->mask[i] & groupbit)
+      for (int d = 0; d < 3; ++d) atom->f[i][d] += atom->rmass[i] * acceleration[d];
+}
+
+double FixMillSimilarity::mill_angle() const
+{
+  return rotation_.angle(update->ntimestep);
+}
+
+double FixMillSimilarity::mill_time() const
+{
+  return rotation_.time(update->ntimestep);
+}
+
+double FixMillSimilarity::speed_now() const
+{
+  return rotation_.speed(update->ntimestep);
+}
+
+double FixMillSimilarity::compute_scalar()
+{
+  return mill_angle();
+}
+
+double FixMillSimilarity::compute_vector(int index)
+{
+  switch (index + 1) {
+    case mill_angle_rad:
+      return mill_angle();
+    case speed_now_rad_s:
+      return speed_now();
+    case gravity_m_s2:
+      return gravity();
+    case froude:
+      return scaled_.froude;
+    case radius_m:
+      return scaled_.mill.radius;
+    case speed_rad_s:
+      return scaled_.mill.omega;
+    case length_factor:
+      return scaled_.base.length;
+    case mass_factor:
+      return scaled_.base.mass;
+    case time_factor:
+      return scaled_.base.time;
+    case energy_ratio:
+      return scaled_.predicted_energy_ratio;
+    case centre_path_energy_ratio:
+      return scaled_.centre_path_energy_ratio;
+    case time_s:
+      return mill_time();
+    case mesh_wobble:
+      return wobble_of_meshes();
+    case detach_angle_rad:
+      return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
+  }
+  return 0.0;
+}
+
+void FixMillSimilarity::write_restart(FILE* file)
+{
+  if (comm->me != 0) return;
+  const double state[] = {restart_layout,      rotation_.omega,
+                          rotation_.start,     rotation_.angle_before,
+                          rotation_.time_base, static_cast<double>(rotation_.step_base),
+                          rotation_.dt,        static_cast<double>(update->ntimestep)};
+  const int bytes = sizeof state;
+  fwrite(&bytes, sizeof bytes, 1, file);
+  fwrite(state, 1, sizeof state, file);
+}
+
+void FixMillSimilarity::restart(char* buffer)
+{
+  double state[8];
+  std::memcpy(state, buffer, sizeof state);
+  if (state[0] != restart_layout)
+    fail("the restart file holds layout " + format(state[0]) +
+         " of this fix, this version reads layout " + format(restart_layout) +
+         "; run from the start, or use the version that wrote the file");
+  similarity::Rotation before;
+  before.omega = state[1];
+  before.start = state[2];
+  before.angle_before = state[3];
+  before.time_base = state[4];
+  before.step_base = static_cast<std::int64_t>(state[5]);
+  before.dt = state[6];
+  last_step_ = static_cast<bigint>(state[7]);
+  continue_rotation(before);
+}
+
+void FixMillSimilarity::continue_rotation(const similarity::Rotation& before)
+{
+  const similarity::Rotation asked = rotation_;
+  rotation_ = before;
+  rotation_.renumber(last_step_, update->ntimestep);
+  last_step_ = update->ntimestep;
+  if (!rotation_.turning(last_step_)) {
+    if (!starts_at_creation_)
+      rotation_.start = asked.start;
+    else if (std::isinf(rotation_.start))
+      rotation_.start = rotation_.time(last_step_);
+  } else if (!starts_at_creation_ && asked.start != rotation_.start) {
+    fail("start: the restart file's mill turns since " + format(rotation_.start) +
+         " s, the deck says " + format(asked.start) + " s; give the same start, or 'now' to go on");
+  }
+  rotation_.set_speed(last_step_, asked.omega);
+}

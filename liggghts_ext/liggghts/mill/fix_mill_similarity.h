@@ -1,0 +1,92 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill / similarity, FixMillSimilarity)
+
+#else
+
+#ifndef LMP_FIX_MILL_SIMILARITY_H
+#define LMP_FIX_MILL_SIMILARITY_H
+
+#include <string>
+#include <vector>
+
+#include "core/math/vector.h"
+#include "core/similarity/law.h"
+#include "core/similarity/rotation.h"
+#include "fix.h"
+
+namespace LAMMPS_NS {
+
+class FixMeshSurface;
+
+/// Derives the scaled mill's gravity and speed from the physical mill, applies that gravity and
+/// turns the given wall meshes. Arguments and f_ID[k]: docs/styles.md.
+class FixMillSimilarity : public Fix {
+ public:
+  FixMillSimilarity(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void post_create() override;
+  void pre_delete(bool unfixflag) override;
+  void init() override;
+  void setup_pre_force(int) override;
+  void setup(int) override;
+  void initial_integrate(int) override;
+  void post_force(int) override;
+  double compute_scalar() override;
+  double compute_vector(int) override;
+  void write_restart(FILE*) override;
+  void restart(char*) override;
+
+  const millscale::similarity::ScaledMill& scaled() const { return scaled_; }
+  double mill_angle() const;
+  double mill_time() const;
+  double speed_now() const;
+  double gravity() const { return scaled_.mill.gravity; }
+  const millscale::Vector& axis() const { return axis_; }
+  const millscale::Vector& down() const { return down_; }
+  const millscale::Vector& origin() const { return origin_; }
+  const std::vector<FixMeshSurface*>& meshes() const { return meshes_; }
+  /// Of the meshes when the fix was made, from the axis over the radius.
+  double wobble() const { return wobble_; }
+  /// Whether a point, on the axis, is beyond the ends of the meshes.
+  bool past_mesh_end(const millscale::Vector& point) const;
+  /// Whether a mesh on this rank has a triangle in the direction of a point from the axis.
+  bool mesh_in_direction(const millscale::Vector& point) const;
+
+ private:
+  struct Arguments;
+  void parse(int narg, char** arg);
+  void parse_option(Arguments&);
+  void normalise_directions();
+  void find_mesh(const std::string& id);
+  void continue_rotation(const millscale::similarity::Rotation& before);
+  void set_wall_velocity();
+  void check_meshes_are_there() const;
+  void check_meshes();
+  void check_curvature(FixMeshSurface&, const std::string& id) const;
+  void check_centre();
+  void check_radius();
+  millscale::Vector centre_of_meshes() const;
+  double wobble_of_meshes() const;
+  void warn(const std::string& message) const;
+  [[noreturn]] void fail(const std::string& message);
+
+  millscale::similarity::ScaledMill scaled_{};
+  millscale::similarity::Rotation rotation_;
+  bool starts_at_creation_ = true;
+
+  millscale::Vector axis_{0, 1, 0}, down_{0, 0, -1}, origin_{0, 0, 0};
+  double physical_radius_ = 0.0;  ///< [m]
+  std::vector<FixMeshSurface*> meshes_;
+  std::vector<std::string> mesh_ids_;
+  double wobble_ = 0.0, mesh_low_ = 0.0, mesh_high_ = 0.0;  ///< low, high: on the axis [m]
+  double nodes_angle_ = 0.0;                                ///< angle the mesh nodes stand at [rad]
+  double stored_angle_ = 0.0;  ///< angle of the node positions the engine rotates from [rad]
+  bigint last_step_ = 0;
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

@@ -1,0 +1,65 @@
+#ifndef LMP_PAIR_GRAN_FAST_H
+#define LMP_PAIR_GRAN_FAST_H
+
+#include <string>
+#include <vector>
+
+#include "core/kernels/kernel.h"
+#include "core/neighbor/pair_list.h"
+#include "granular_pair_style.h"
+#include "pointers.h"
+
+namespace LAMMPS_NS {
+
+/// `pair_style gran model hertz [tangential history] [rolling_friction cdt] surface fast`: the
+/// engine's contacts with own neighbour list and kernel. Options and limits: docs/styles.md.
+class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected Pointers {
+ public:
+  /// Makes the model known to the engine; before any deck is read.
+  static void add_to_engine();
+
+  PairGranFast(class LAMMPS*, class PairGran*, int64_t hash);
+
+  void settings(int, char**, LIGGGHTS::IContactHistorySetup*) override;
+  void init_granular() override;
+  void compute_force(class PairGran*, int eflag, int vflag, int addflag) override;
+  void write_restart_settings(FILE*) override;
+  void read_restart_settings(FILE*, int64_t hash) override;
+
+  int get_history_offset(const std::string) override;
+  double stressStrainExponent() override { return 1.5; }
+  int64_t hashcode() override { return hash_; }
+  bool contact_match(const std::string type, const std::string model) override;
+
+ private:
+  void refuse_what_is_not_covered();
+  void refuse_friction_of_balls();
+  void read_damping(const std::string&);
+  template <class Style>
+  Style* own_fix(const char* id);
+  bool by_places() const;
+  void build_list();
+  void check_list();
+  millscale::pairs::Balls balls() const;
+
+  class PairGran* pair_;
+  int64_t hash_;
+  std::string tangential_;
+  millscale::contact::BallTerms terms_;
+  class FixContactDamping* damping_ = nullptr;
+  class FixPairMargins* margins_ = nullptr;
+  class FixPairMemories* memories_ = nullptr;
+  class FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
+  bool forget_apart_ = true;
+  bool mixed_ = false;
+  int check_every_ = 0;  ///< steps from search to search for missed contacts; 0: never
+  millscale::pairs::Kernel kernel_;
+  std::vector<millscale::contact::BallLaw<double>> laws_;
+  millscale::pairs::RowStore rows_;
+  millscale::pairs::CellGrid grid_;
+  int only_type_ = 0;
+};
+
+}  // namespace LAMMPS_NS
+
+#endif

@@ -1,0 +1,287 @@
+#include "liggghts/run/fix_mill_guard.h"
+
+#include <mpi.h>
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+
+#include "atom.h"
+#include "comm.h"
+#include "core/contact/time_step.h"
+#include "domain.h"
+#include "error.h"
+#include "fix_property_global.h"
+#include "force.h"
+#include "liggghts/common/argument_list.h"
+#include "liggghts/common/end_run.h"
+#include "liggghts/common/first_fix.h"
+#include "liggghts/mill/mill_of.h"
+#include "liggghts/wall/fix_wall_mill.h"
+#include "liggghts/wall/liner_arguments.h"
+#include "liggghts/wall/same_liner.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "pair.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+namespace charge = millscale::charge;
+namespace contact = millscale::contact;
+namespace liner = millscale::liner;
+using millscale::Vector;
+
+namespace {
+
+// A look at walls and overlaps takes a third of a step (docs/performance.md), so 0.3 % at every
+// 100th. The paper's mill turns by 0.02 rad in the meantime. A run that goes wrong has such
+// overlaps at all times; a single impact that is over in less may pass unseen.
+constexpr int default_every = 100;
+// Speeds carry balls away and turn into NaNs, so they are looked at more often; a look takes 1 % of
+// our step. A step with the engine's mesh wall is several times as long, and that wall aborts
+// without a word at a position that is no number.
+constexpr int speeds_every = 5, speeds_every_with_mesh = 1;
+// Hertz's law is for overlaps that are small against the radius; at half of it two balls are as
+// good as merged. The paper's balls at 10 m/s: 0.13.
+constexpr double default_overlap = 0.5;
+constexpr int fixed_boundary = 1;  // of domain->boundary: f
+
+Vector vector_of(const double* x)
+{
+  return {x[0], x[1], x[2]};
+}
+
+}  // namespace
+
+FixMillGuard::FixMillGuard(LAMMPS* lmp, int narg, char** arg)
+    : Fix(lmp, narg, arg), every_(default_every), overlap_limit_(default_overlap)
+{
+  nevery = 1;  // end_of_step sorts out the steps itself
+  try {
+    parse(narg, arg);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+void FixMillGuard::parse(int narg, char** arg)
+{
+  millscale::ArgumentList list(narg, arg, 3);
+  while (!list.done()) {
+    const std::string key = list.word("a keyword");
+    if (millscale::read_liner_keyword(key, list, widths_)) continue;
+    if (key == "mill")
+      mill_id_ = list.word(key);
+    else if (key == "every")
+      every_ = list.count(key);
+    else if (key == "overlap")
+      overlap_limit_ = list.positive(key);
+    else if (key == "speed")
+      speed_ = list.positive(key);
+    else
+      throw std::invalid_argument("unknown keyword '" + key +
+                                  "'; accepted are mill, every, overlap, speed, " +
+                                  millscale::liner_keywords);
+  }
+  if (mill_id_.empty())
+    throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
+  if (every_ < 1) throw std::invalid_argument("every: expected a number of steps >= 1, got 0");
+}
+
+int FixMillGuard::setmask()
+{
+  return PRE_EXCHANGE | END_OF_STEP;
+}
+
+void FixMillGuard::init()
+{
+  try {
+    mill_fix_ = mill_of(modify, mill_id_);
+    const auto& mill = mill_fix_->scaled().mill;
+    widths_.radius = mill.radius;
+    speeds_every_ = mill_fix_->meshes().empty() ? speeds_every : speeds_every_with_mesh;
+    across_ = millscale::cross(mill_fix_->axis(), mill_fix_->down());
+    speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);
+    wall_ = std::make_unique<charge::WallGuard>(liner::Liner(widths_), overlap_limit_);
+    LinerOfWalls(modify, mill_id_).require_same(widths_);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+/// Before the engine sorts balls into its cells, which need numbers, and deletes those outside.
+void FixMillGuard::setup_pre_exchange()
+{
+  pre_exchange();
+}
+
+void FixMillGuard::setup(int)
+{
+  if (force->pair && !force->pair->list)
+    error->fix_error(FLERR, this, "needs the neighbour list of pair_style gran, or no pair style");
+  mill_ = millscale::Turn(mill_fix_->mill_angle());
+  check_forces();
+  check_wall();
+  check_overlaps();
+}
+
+void FixMillGuard::pre_exchange()
+{
+  check_speeds();
+  check_box();
+}
+
+/// A force that is no number makes such a velocity in its step and such a position in the next.
+void FixMillGuard::end_of_step()
+{
+  if (update->ntimestep % speeds_every_ == 0) check_speeds();
+  if (update->ntimestep % every_ != 0) return;
+  mill_ = millscale::Turn(mill_fix_->mill_angle());
+  check_box();
+  check_wall();
+  check_overlaps();
+}
+
+void FixMillGuard::check_speeds() const
+{
+  if (atom->nlocal == 0) return;
+  const auto count = static_cast<std::size_t>(atom->nlocal);
+  const auto first = charge::first_beyond(atom->v[0], count, speed_limit_);
+  for (std::size_t i = first; i < count; ++i) {
+    const Vector v = vector_of(atom->v[i]);
+    const double speed = std::sqrt(millscale::dot(v, v));
+    if (speed <= speed_limit_ || !(atom->mask[i] & groupbit)) continue;
+    if (!std::isfinite(speed)) stop(static_cast<int>(i), "has no finite velocity");
+    stop(static_cast<int>(i), "is faster than the limit of " + millscale::format(speed_limit_) +
+                                  " m/s" +
+                                  (speed_ > 0.0 ? "" : ", twice what this mill can give a ball"));
+  }
+}
+
+/// Of the set-up, which the first step moves the balls by.
+void FixMillGuard::check_forces() const
+{
+  for (int i = 0; i < atom->nlocal; ++i)
+    if ((atom->mask[i] & groupbit) && !charge::finite(vector_of(atom->f[i])))
+      stop(i, "has no finite force");
+}
+
+/// The engine deletes what leaves a box that is not periodic there and does not grow.
+void FixMillGuard::check_box() const
+{
+  bool closed_below[3], closed_above[3];
+  for (int d = 0; d < 3; ++d) {
+    closed_below[d] = !domain->periodicity[d] && domain->boundary[d][0] == fixed_boundary;
+    closed_above[d] = !domain->periodicity[d] && domain->boundary[d][1] == fixed_boundary;
+  }
+  for (int i = 0; i < atom->nlocal; ++i)
+    for (int d = 0; d < 3; ++d) {
+      const double x = atom->x[i][d];
+      const bool below = closed_below[d] && x < domain->boxlo[d];
+      const bool above = closed_above[d] && x >= domain->boxhi[d];
+      if (!(below || above || !std::isfinite(x)) || !(atom->mask[i] & groupbit)) continue;
+      stop(i, std::isfinite(x) ? std::string("is outside the box in ") + "xyz"[d]
+                               : "has no finite position");
+    }
+}
+
+void FixMillGuard::check_wall() const
+{
+  const Vector &axis = mill_fix_->axis(), &origin = mill_fix_->origin();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double* x = atom->x[i];
+    const Vector arm{x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]};
+    const double along = millscale::dot(arm, axis);
+    if (wall_->clear(millscale::dot(arm, arm) - along * along, atom->radius[i])) continue;
+    if (!(atom->mask[i] & groupbit)) continue;
+    if (const auto fault = wall_->fault(at_rest(i), atom->radius[i])) stop(i, *fault);
+  }
+}
+
+void FixMillGuard::check_overlaps() const
+{
+  if (!force->pair) return;  // a single ball
+  const NeighList* list = force->pair->list;
+  for (int n = 0; n < list->inum; ++n) {
+    const int i = list->ilist[n];
+    check_pairs_of(i, list->firstneigh[i], list->numneigh[i]);
+  }
+}
+
+void FixMillGuard::check_pairs_of(int i, const int* others, int count) const
+{
+  const double *x = atom->x[i], radius = atom->radius[i];
+  for (int n = 0; n < count; ++n) {
+    const int j = others[n] & NEIGHMASK;
+    const double dx = atom->x[j][0] - x[0], dy = atom->x[j][1] - x[1], dz = atom->x[j][2] - x[2];
+    const double smaller = std::fmin(radius, atom->radius[j]);
+    const double least = radius + atom->radius[j] - overlap_limit_ * smaller;
+    const double square = dx * dx + dy * dy + dz * dz;
+    if (square >= least * least || !(atom->mask[i] & groupbit)) continue;
+    const double overlap = radius + atom->radius[j] - std::sqrt(square);
+    stop(i, "overlaps ball " + std::to_string(atom->tag[j]) + " by " +
+                millscale::format(overlap / smaller) + " of the smaller radius, the limit is " +
+                millscale::format(overlap_limit_));
+  }
+}
+
+liner::Point FixMillGuard::at_rest(int i) const
+{
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
+  const double ahead = millscale::dot(arm, across_), below = millscale::dot(arm, mill_fix_->down());
+  return {-(ahead * mill_.cosine - below * mill_.sine),
+          -(below * mill_.cosine + ahead * mill_.sine)};
+}
+
+/// Without a collective: the other ranks do not know of the fault.
+charge::Circumstances FixMillGuard::circumstances_of(int i) const
+{
+  charge::Circumstances found;
+  const Vector x = vector_of(atom->x[i]);
+  const auto* analytic = first_fix<FixWallMill>(modify);
+  const bool meshes = modify->n_fixes_style("wall/gran") > 0;
+  const bool turned = !mill_fix_->meshes().empty();
+  found.walls = analytic || meshes;
+  found.compared = analytic || turned || !meshes;
+  found.wobble = mill_fix_->wobble();
+  found.past_open_end = turned ? mill_fix_->past_mesh_end(x)
+                               : analytic && !analytic->has_ends() && past_end_of_box(x);
+  found.hole =
+      turned && !found.past_open_end && wall_->near(at_rest(i)) && !mill_fix_->mesh_in_direction(x);
+  const auto property = [&](const char* name) -> std::optional<double> {
+    auto* fix = dynamic_cast<FixPropertyGlobal*>(modify->find_fix_property(
+        name, "property/global", "peratomtype", atom->ntypes, 0, style, false));
+    if (!fix) return std::nullopt;
+    return fix->compute_vector(atom->type[i] - 1);
+  };
+  const auto modulus = property("youngsModulus"), ratio = property("poissonsRatio");
+  if (!modulus || !ratio) return found;
+  const double radius = atom->radius[i];
+  const double volume = 4.0 / 3.0 * contact::pi * radius * radius * radius;
+  const contact::Material material{*modulus, *ratio, atom->rmass[i] / volume};
+  found.step = update->dt / contact::rayleigh_time(material, radius);
+  found.bed_overlap =
+      contact::bed_overlap(material, mill_fix_->gravity(), mill_fix_->scaled().mill.radius);
+  return found;
+}
+
+bool FixMillGuard::past_end_of_box(const Vector& x) const
+{
+  for (int d = 0; d < 3; ++d)
+    if (std::abs(mill_fix_->axis()[d]) > 0.5 &&
+        (x[d] < domain->boxlo[d] || x[d] >= domain->boxhi[d]))
+      return true;
+  return false;
+}
+
+void FixMillGuard::stop(int i, const std::string& fault) const
+{
+  const charge::Suspect ball{atom->tag[i], vector_of(atom->x[i]), vector_of(atom->v[i]),
+                             vector_of(atom->f[i])};
+  millscale::EndRun(lmp).because(charge::report(ball, fault, static_cast<long>(update->ntimestep),
+                                                wall_->where(at_rest(i)),
+                                                charge::causes(circumstances_of(i))));
+}

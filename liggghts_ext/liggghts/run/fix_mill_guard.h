@@ -1,0 +1,63 @@
+#ifdef FIX_CLASS
+
+FixStyle(mill / guard, FixMillGuard)
+
+#else
+
+#ifndef LMP_FIX_MILL_GUARD_H
+#define LMP_FIX_MILL_GUARD_H
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/measure/guard.h"
+#include "fix.h"
+
+namespace LAMMPS_NS {
+
+class FixMillSimilarity;
+
+/// Stops a run that goes wrong, with the ball and the reason: velocities that are no numbers or too
+/// high, overlaps, balls beyond the liner; also before a neighbour list, where the engine would
+/// lose a ball without a name. Changes nothing and needs no collective. Arguments: docs/styles.md.
+class FixMillGuard : public Fix {
+ public:
+  FixMillGuard(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void init() override;
+  void setup_pre_exchange() override;
+  void setup(int) override;
+  void pre_exchange() override;
+  void end_of_step() override;
+
+ private:
+  void parse(int narg, char** arg);
+  void check_speeds() const;
+  void check_forces() const;
+  void check_box() const;
+  void check_wall() const;
+  void check_overlaps() const;
+  void check_pairs_of(int i, const int* others, int count) const;
+  millscale::liner::Point at_rest(int i) const;
+  millscale::charge::Circumstances circumstances_of(int i) const;
+  bool past_end_of_box(const millscale::Vector& x) const;
+  [[noreturn]] void stop(int i, const std::string& fault) const;
+
+  std::string mill_id_;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  millscale::liner::Widths widths_;
+  int every_, speeds_every_ = 1;  ///< steps between two looks
+  double overlap_limit_;
+  double speed_ = 0.0;        ///< asked for [m/s]; 0: derived from the mill
+  double speed_limit_ = 0.0;  ///< [m/s]
+  std::unique_ptr<millscale::charge::WallGuard> wall_;
+  millscale::Vector across_{};  ///< direction of rotation at the bottom
+  millscale::Turn mill_{0.0};   ///< at the last look
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

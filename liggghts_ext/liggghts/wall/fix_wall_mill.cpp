@@ -1,0 +1,497 @@
+#include "liggghts/wall/fix_wall_mill.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "atom.h"
+#include "core/liner/groove_box.h"
+#include "domain.h"
+#include "error.h"
+#include "group.h"
+#include "liggghts/common/argument_list.h"
+#include "liggghts/common/contact_laws.h"
+#include "liggghts/common/first_fix.h"
+#include "liggghts/common/one_per_ball.h"
+#include "liggghts/energy/fix_mill_ledger.h"
+#include "liggghts/mill/fix_mill_similarity.h"
+#include "liggghts/mill/mill_of.h"
+#include "liggghts/pair/fix_contact_damping.h"
+#include "liggghts/wall/liner_arguments.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "update.h"
+
+using namespace LAMMPS_NS;
+using namespace FixConst;
+namespace contact = millscale::contact;
+namespace liner = millscale::liner;
+using millscale::format;
+using millscale::Vector;
+
+namespace {
+
+constexpr int slots = 5;      // groove, two lifters, two ends
+constexpr int slot_size = 4;  // key, tangential displacement
+constexpr int memory_size = slots * slot_size;
+
+constexpr std::size_t ahead = 4;  // balls to fetch while one is looked at
+
+/// Names a surface, so that a touch finds its memory again; 0 is no touch. A lifter's faces, edges
+/// and top are one surface: a ball touches it at one point, which moves around the edges.
+double key_of(const liner::Touch& touch)
+{
+  return (touch.face == liner::Face::groove ? 1.0 : 2.0) + 2.0 * touch.sector;
+}
+constexpr double lower_end = -1.0, upper_end = -2.0;
+
+bool is_groove(double key)
+{
+  return key > 0.0 && std::fmod(key, 2.0) == 1.0;
+}
+
+/// Bits of what a ball touches.
+constexpr signed char on_groove = 1, on_wall = 2;
+
+Vector memory_of(double key, const double* row)
+{
+  for (int s = 0; s < slots; ++s, row += slot_size)
+    if (row[0] == key) return {row[1], row[2], row[3]};
+  return {};
+}
+
+bool holds(double key, const double* row)
+{
+  for (int s = 0; s < slots; ++s, row += slot_size)
+    if (row[0] == key) return true;
+  return false;
+}
+
+}  // namespace
+
+FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
+    : FixPerBallRows(lmp, narg, arg, memory_size)
+{
+  vector_flag = 1;
+  size_vector = 6;
+  global_freq = 1;
+  extvector = 1;
+  try {
+    parse(narg, arg);
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+void FixWallMill::parse(int narg, char** arg)
+{
+  millscale::ArgumentList list(narg, arg, 3);
+  while (!list.done()) parse_keyword(list.word("a keyword"), list);
+  if (wall_type_ < 1 || wall_type_ > atom->ntypes)
+    throw std::invalid_argument("type: the wall's atom type must be 1 to " +
+                                std::to_string(atom->ntypes) + ", got " +
+                                std::to_string(wall_type_));
+}
+
+void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList& list)
+{
+  if (millscale::read_liner_keyword(key, list, widths_)) return;
+  if (key == "mill")
+    mill_id_ = list.word(key);
+  else if (key == "type")
+    wall_type_ = list.count(key);
+  else if (key == "groove")
+    chord_error_ = list.choice(key, "polygon", "arc") ? list.positive("groove polygon") : 0.0;
+  else if (key == "ends") {
+    const double low = list.number("ends, lower"), high = list.number("ends, upper");
+    ends_ = liner::EndWalls{low, high};
+    ends_->check();
+  } else if (key == "end_motion")
+    ends_turn_ = list.choice(key, "mill", "rest");
+  else if (key == "rolling_friction")
+    rolling_ = list.choice(key, "cdt", "off");
+  else if (key == "tangential_damping")
+    bounded_ = list.choice(key, "bounded", "on");
+  else
+    throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, type, " +
+                                millscale::liner_keywords +
+                                ", groove, ends, end_motion, rolling_friction, "
+                                "tangential_damping");
+}
+
+void FixWallMill::make_liner()
+{
+  mill_fix_ = mill_of(modify, mill_id_);
+  widths_.radius = mill_fix_->scaled().mill.radius;
+  liner_ = std::make_unique<liner::Liner>(widths_);
+  chords_ = chord_error_ > 0.0 ? liner::wall_chords(*liner_, chord_error_) : liner::GrooveChords{};
+  touches_of_ = std::make_unique<liner::TouchFinder>(*liner_, chords_);
+}
+
+int FixWallMill::setmask()
+{
+  return POST_FORCE;
+}
+
+void FixWallMill::init()
+{
+  try {
+    require_one_per_ball(*this, modify, atom, group, world);
+    make_liner();
+    check_box();
+    check_balls_fit();
+    read_materials();
+    ledger_ = first_fix<FixMillLedger>(modify);
+    // Made by the pair style, whose init comes before.
+    damping_ = bounded_ ? first_fix<FixContactDamping>(modify) : nullptr;
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+}
+
+void FixWallMill::read_materials()
+{
+  const std::vector<TypePair> laws = contact_laws(lmp, style, true, rolling_);
+  of_type_.clear();
+  for (int type = 0; type < atom->ntypes; ++type) {
+    const TypePair& law = laws[type * atom->ntypes + wall_type_ - 1];
+    of_type_.push_back(
+        {law.youngs_modulus, law.shear_modulus, law.damping, {law.sliding, law.rolling}});
+  }
+}
+
+void FixWallMill::setup(int)
+{
+  try {
+    check_balls_are_inside();
+  } catch (const std::invalid_argument& problem) {
+    error->fix_error(FLERR, this, problem.what());
+  }
+  evaluate(0.0);
+}
+
+void FixWallMill::post_force(int)
+{
+  evaluate(update->dt);
+}
+
+FixWallMill::MillNow FixWallMill::mill_now() const
+{
+  MillNow mill{};
+  mill.axis = mill_fix_->axis();
+  mill.down = mill_fix_->down();
+  mill.origin = mill_fix_->origin();
+  mill.across = millscale::cross(mill.axis, mill.down);
+  mill.cosine = std::cos(mill_fix_->mill_angle());
+  mill.sine = std::sin(mill_fix_->mill_angle());
+  for (int d = 0; d < 3; ++d) mill.omega[d] = mill_fix_->speed_now() * mill.axis[d];
+  return mill;
+}
+
+void FixWallMill::evaluate(double dt)
+{
+  const MillNow mill = mill_now();
+  std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
+  torque_on_turning_ = {};
+  find_near(mill);
+  const std::size_t count = near_.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + ahead < count) fetch_ahead(near_[k + ahead]);
+    look_at(near_[k], mill, dt);
+  }
+}
+
+/// What a ball needs lies all over the memory; asked for early, it comes while others are looked
+/// at.
+void FixWallMill::fetch_ahead(const Near& near) const
+{
+  const int i = near.ball;
+  __builtin_prefetch(atom->x[i]);
+  if (near.clear > 0.0) return;
+  __builtin_prefetch(atom->v[i]);
+  __builtin_prefetch(atom->omega[i]);
+  __builtin_prefetch(atom->f[i], 1);
+  __builtin_prefetch(atom->torque[i], 1);
+  for (int k = 0; k < memory_size; k += 8) __builtin_prefetch(row(i) + k, 1);
+}
+
+/// Lists the balls that may touch and those that did; most balls of a mill do neither. Between two
+/// neighbour lists no ball moves by more than half the skin, where the engine sees to that; then
+/// the balls that were farther from liner and ends need no look until the next list.
+void FixWallMill::find_near(const MillNow& mill)
+{
+  const bool sorted_anew = neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal;
+  const bool engine_watches =
+      neighbor->dist_check && neighbor->every == 1 && neighbor->delay == 0 && neighbor->skin > 0.0;
+  if (sorted_anew) count_touching();
+  if (!sorted_anew && engine_watches) return;
+  const double margin = engine_watches ? 0.5 * neighbor->skin : 0.0;
+  const double low = ends_ ? ends_->low + margin : -INFINITY;
+  const double high = ends_ ? ends_->high - margin : INFINITY;
+  const double clear = touches_of_->clear_radius() - margin;
+  near_.clear();
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double* x = atom->x[i];
+    const double radius = atom->radius[i], reach = std::max(0.0, clear - radius);
+    const Vector arm{x[0] - mill.origin[0], x[1] - mill.origin[1], x[2] - mill.origin[2]};
+    const double along = millscale::dot(arm, mill.axis);
+    const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
+    const bool clear_of_ends = along - radius > low && along + radius < high;
+    if (clear_of_liner && clear_of_ends && touching_[i] == 0) continue;
+    if (atom->mask[i] & groupbit) near_.push_back({i, {}, {}, 0.0, 0.0});
+  }
+}
+
+void FixWallMill::count_touching()
+{
+  touching_.assign(atom->nlocal, 0);
+  for (int i = 0; i < atom->nlocal; ++i)
+    for (int s = 0; s < slots && row(i)[s * slot_size] != 0.0; ++s)
+      touching_[i] |= is_groove(row(i)[s * slot_size]) ? on_groove : on_wall;
+}
+
+/// Where a ball touches liner and ends, no more contacts than slots.
+struct FixWallMill::Contacts {
+  int count = 0;
+  Contact contact[slots];
+
+  void add(const Contact& c) { contact[count++] = c; }
+};
+
+/// In the section of the mill at rest: x = -ahead, z = -below, turned back by the mill's angle.
+liner::Point FixWallMill::at_rest(const MillNow& mill, const Vector& arm) const
+{
+  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
+  return {-(ahead * mill.cosine - below * mill.sine), -(below * mill.cosine + ahead * mill.sine)};
+}
+
+/// In the mill's frame the liner rests, so a ball that is nearer to where it was last seen than the
+/// liner was from there cannot touch.
+void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
+{
+  const int i = near.ball;
+  Vector arm;
+  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
+  const liner::Point centre = at_rest(mill, arm), way = centre - near.seen;
+  const double along = millscale::dot(arm, mill.axis), rise = along - near.along;
+  if (way.x * way.x + way.z * way.z + rise * rise < near.clear * near.clear) return;
+
+  const double radius = atom->radius[i];
+  near.seen = centre;
+  near.along = along;
+  Contacts found;
+  touch_liner(mill, near, radius, found);
+  near.clear = near.look.clear;
+  if (ends_) touch_ends(mill, near, radius, found);
+  if (found.count > 0) near.clear = 0.0;
+  if (found.count > 0 || touching_[i] != 0) press_all(i, mill, arm, found, dt);
+}
+
+void FixWallMill::touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const
+{
+  const liner::Touches touches = touches_of_->touches(near.seen, radius, near.look);
+  for (int t = 0; t < touches.count; ++t) {
+    const liner::Touch& touch = touches.touch[t];
+    const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
+    const double n_below = touch.normal.x * mill.sine - touch.normal.z * mill.cosine;
+    Contact contact{touch.overlap, {}, key_of(touch), true};
+    for (int d = 0; d < 3; ++d)
+      contact.normal[d] = n_ahead * mill.across[d] + n_below * mill.down[d];
+    found.add(contact);
+  }
+}
+
+void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const
+{
+  const auto touch = [&](double overlap, double direction, double key) {
+    near.clear = std::min(near.clear, -overlap);
+    if (!(overlap > 0.0)) return;
+    Contact contact{overlap, {}, key, ends_turn_};
+    for (int d = 0; d < 3; ++d) contact.normal[d] = direction * mill.axis[d];
+    found.add(contact);
+  };
+  touch(ends_->lower_overlap(near.along, radius), 1.0, lower_end);
+  touch(ends_->upper_overlap(near.along, radius), -1.0, upper_end);
+}
+
+/// Forces of a ball's contacts, which find their memories again and leave them in the ball's row.
+void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Contacts& found,
+                            double dt)
+{
+  double* memory = row(i);
+  double next[memory_size] = {};
+  const double held = bounded_ ? damping_held(i, found, dt) : 0.0;
+  touching_[i] = 0;
+  for (int c = 0; c < found.count; ++c) {
+    const double key = found.contact[c].key;
+    Vector displacement = memory_of(key, memory);
+    if (ledger_) found.contact[c].met = holds(key, memory);
+    press(i, mill, arm, found.contact[c], dt, displacement, held);
+    next[c * slot_size] = key;
+    touching_[i] |= is_groove(key) ? on_groove : on_wall;
+    std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
+  }
+  std::copy(next, next + memory_size, memory);
+}
+
+/// A contact after the law is applied.
+struct FixWallMill::Pressed {
+  int ball;
+  const contact::WallTouch& touch;
+  const contact::ForceAndTorque& on_ball;
+  const Vector &displacement, &mill_speed, &arm;
+};
+
+contact::Pair FixWallMill::pair_of(int i) const
+{
+  const BallOnWall& law = of_type_[atom->type[i] - 1];
+  return {atom->radius[i], atom->rmass[i], law.youngs_modulus, law.shear_modulus, law.damping};
+}
+
+/// What the tangential damping of the ball's contacts with the wall is divided by, less 1. It is
+/// taken over all of its contacts: those with balls, whose sum the pair style has just left, and
+/// these.
+double FixWallMill::damping_held(int i, const Contacts& found, double dt) const
+{
+  const contact::Pair pair = pair_of(i);
+  double damping = damping_ ? damping_->of_ball(i) : 0.0;
+  for (int c = 0; c < found.count; ++c)
+    damping += contact::coefficients(pair, found.contact[c].overlap).tangential_damping;
+  return contact::damping_held(damping, pair.mass, dt);
+}
+
+void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,
+                        double dt, Vector& displacement, double held)
+{
+  const double radius = atom->radius[i];
+  const contact::Pair pair = pair_of(i);
+  contact::WallTouch touch{radius, contact.overlap, contact.normal, {}, {}};
+  Vector lever;
+  for (int d = 0; d < 3; ++d) lever[d] = arm[d] - (radius - contact.overlap) * contact.normal[d];
+  const Vector wall_velocity = contact.turns ? millscale::cross(mill.omega, lever) : Vector{};
+  for (int d = 0; d < 3; ++d) {
+    touch.velocity[d] = atom->v[i][d] - wall_velocity[d];
+    touch.spin[d] = atom->omega[i][d];
+  }
+  const contact::ForceAndTorque on_ball = contact::wall_force(
+      pair, of_type_[atom->type[i] - 1].friction, touch, dt, displacement, held);
+  if (damping_ && dt > 0.0) damping_->of_ball(i) += on_ball.damping;
+  // All that the ball gains in angular momentum about the mill's origin, its own spin included.
+  Vector moment = millscale::cross(arm, on_ball.force);
+  for (int d = 0; d < 3; ++d) moment[d] += on_ball.torque[d];
+  for (int d = 0; d < 3; ++d) {
+    atom->f[i][d] += on_ball.force[d];
+    atom->torque[i][d] += on_ball.torque[d];
+    on_wall_[d] -= on_ball.force[d];
+    on_wall_[3 + d] -= moment[d];
+    if (contact.turns) torque_on_turning_[d] -= moment[d];
+  }
+  if (ledger_) account({i, touch, on_ball, displacement, mill.omega, arm}, contact, dt);
+}
+
+/// Writes a contact into the account of energy.
+void FixWallMill::account(const Pressed& p, const Contact& contact, double dt) const
+{
+  millscale::ledger::ContactSums& sums = ledger_->on_wall();
+  const auto energy = contact::energy_of(p.touch, p.on_ball, p.displacement);
+  sums.store(energy, 1.0, dt > 0.0);
+  const Vector spin = contact.turns ? p.mill_speed : Vector{};
+  sums.add_wall(p.ball, energy, p.on_ball.parts.lever, spin, millscale::cross(spin, p.arm));
+  if (!contact.met && dt > 0.0)
+    sums.meet(contact::approach_energy(atom->rmass[p.ball],
+                                       millscale::dot(p.touch.velocity, p.touch.normal)),
+              1.0);
+}
+
+void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,
+                                signed char groove) const
+{
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    marks[i] |= (touching_[i] ? wall : 0) | (touching_[i] & on_groove ? groove : 0);
+}
+
+double FixWallMill::compute_vector(int k)
+{
+  double all = 0.0;
+  MPI_Allreduce(&on_wall_[k], &all, 1, MPI_DOUBLE, MPI_SUM, world);
+  return all;
+}
+
+/// The liner, and its ends if it has any, lie in the box. Sides that follow the balls cannot tell.
+void FixWallMill::check_box() const
+{
+  const Vector &axis = mill_fix_->axis(), &origin = mill_fix_->origin();
+  for (int d = 0; d < 3; ++d) {
+    const bool crosses = std::abs(axis[d]) < 1e-9;
+    if (!crosses && !ends_) continue;  // endless in this direction
+    const double across = liner_->radius() * std::sqrt(std::max(0.0, 1.0 - axis[d] * axis[d]));
+    const double one = ends_ ? axis[d] * ends_->low : 0.0,
+                 other = ends_ ? axis[d] * ends_->high : 0.0;
+    const double low = origin[d] - across + std::min(one, other);
+    const double high = origin[d] + across + std::max(one, other);
+    const double box_low = domain->boxlo[d], box_high = domain->boxhi[d];
+    // A box as long as the mill may differ from it by rounding.
+    const double rounding = 1e-12 * (box_high - box_low);
+    const bool below = low < box_low - rounding && domain->boundary[d][0] < 2;
+    const bool above = high > box_high + rounding && domain->boundary[d][1] < 2;
+    if (below || above)
+      throw std::invalid_argument(
+          std::string(crosses ? "the liner" : "the ends of the mill") + " must lie in the box, " +
+          format(box_low) + " to " + format(box_high) + " m in " + "xyz"[d] + ", got " +
+          format(low) + " to " + format(high) +
+          " m; enlarge the box (command region) or check the mill's radius, origin and ends");
+  }
+}
+
+/// The largest ball of all ranks has room in groove, drum and between the ends.
+void FixWallMill::check_balls_fit() const
+{
+  double largest = 0.0;
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (atom->mask[i] & groupbit) largest = std::max(largest, atom->radius[i]);
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  const auto require = [largest](double widest, const std::string& where) {
+    if (largest >= widest)
+      throw std::invalid_argument("balls of radius " + format(largest) + " m do not fit: " + where +
+                                  " takes less than " + format(widest) + " m");
+  };
+  if (liner_->lifters() > 0)
+    require(0.5 * liner::narrowest_groove_width(*liner_), "the groove of the liner");
+  else
+    require(touches_of_->clear_radius(), "the drum");
+  if (ends_ && 2.0 * largest > ends_->high - ends_->low)
+    throw std::invalid_argument("balls of radius " + format(largest) +
+                                " m do not fit between the ends, " +
+                                format(ends_->high - ends_->low) + " m apart");
+}
+
+/// No ball's centre lies in the wall or beyond an end: nothing would bring it back as it should.
+void FixWallMill::check_balls_are_inside() const
+{
+  const MillNow mill = mill_now();
+  int outside = 0, first = MAXTAGINT;
+  Vector place{};
+  for (int i = 0; i < atom->nlocal; ++i) {
+    if (!(atom->mask[i] & groupbit)) continue;
+    Vector arm;
+    for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
+    const double along = millscale::dot(arm, mill.axis);
+    if (liner::inside(*liner_, at_rest(mill, arm)) &&
+        !(ends_ && (along < ends_->low || along > ends_->high)))
+      continue;
+    ++outside;
+    if (atom->tag[i] >= first) continue;
+    first = atom->tag[i];
+    place = {atom->x[i][0], atom->x[i][1], atom->x[i][2]};
+  }
+  const int of_this_rank = first;
+  MPI_Allreduce(MPI_IN_PLACE, &outside, 1, MPI_INT, MPI_SUM, world);
+  if (outside == 0) return;
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, world);
+  if (of_this_rank != first) place = {};
+  MPI_Allreduce(MPI_IN_PLACE, place.data(), 3, MPI_DOUBLE, MPI_SUM, world);
+  throw std::invalid_argument(
+      "balls with their centre outside the liner: " + std::to_string(outside) + ", first ball " +
+      std::to_string(first) + " at (" + format(place[0]) + ", " + format(place[1]) + ", " +
+      format(place[2]) + ") m; check the liner, its phase and ends, and the mill's origin");
+}

@@ -1,0 +1,133 @@
+#ifdef FIX_CLASS
+
+FixStyle(wall / mill, FixWallMill)
+
+#else
+
+#ifndef LMP_FIX_WALL_MILL_H
+#define LMP_FIX_WALL_MILL_H
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/contact/wall_force.h"
+#include "core/liner/end_walls.h"
+#include "core/liner/touches.h"
+#include "liggghts/common/fix_per_ball_rows.h"
+
+namespace millscale {
+class ArgumentList;
+}
+
+namespace LAMMPS_NS {
+
+class FixContactDamping;
+class FixMillLedger;
+class FixMillSimilarity;
+
+/// The rotating lifter-liner as an analytic wall, with exact arcs or the mesh's polygon, and flat
+/// ends: no mesh, no wall neighbour list, no collective. Arguments and f_ID[k]: docs/styles.md.
+class FixWallMill : public FixPerBallRows {
+ public:
+  FixWallMill(class LAMMPS*, int, char**);
+
+  int setmask() override;
+  void init() override;
+  void setup(int) override;
+  void post_force(int) override;
+  double compute_vector(int) override;
+
+  const std::string& mill_id() const { return mill_id_; }
+  const millscale::liner::Widths& widths() const { return widths_; }
+  bool has_ends() const { return ends_.has_value(); }
+
+  /// Torque on what turns with the mill about its origin at the last evaluation of the forces, this
+  /// rank's share [N m].
+  const millscale::Vector& torque_on_turning() const { return torque_on_turning_; }
+
+  /// Adds the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
+  /// the forces, and those of `groove` if they touched a groove. marks: of the rank's own balls.
+  void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
+
+ private:
+  struct BallOnWall {
+    double youngs_modulus, shear_modulus, damping;
+    millscale::contact::Friction friction;
+  };
+  /// Where the mill is and how it moves at this step, for all balls.
+  struct MillNow {
+    millscale::Vector axis, across, down, origin, omega;
+    double cosine, sine;
+  };
+
+  /// One contact of a ball, before the law is applied.
+  struct Contact {
+    double overlap;
+    millscale::Vector normal;
+    double key;        ///< of the surface, never 0
+    bool turns;        ///< the surface moves with the mill
+    bool met = false;  ///< the ball touched it before
+  };
+  struct Contacts;
+
+  /// A ball that may touch before the next neighbour list, and what is known of it.
+  struct Near {
+    int ball;
+    millscale::liner::Look look;
+    millscale::liner::Point seen;  ///< centre at the last look, in the mill at rest
+    double along;                  ///< and on the axis [m]
+    double clear;                  ///< way from there that ends in no touch, ends included [m]
+  };
+
+  void parse(int narg, char** arg);
+  void parse_keyword(const std::string& key, millscale::ArgumentList& list);
+  void make_liner();
+  void check_box() const;
+  void check_balls_fit() const;
+  void check_balls_are_inside() const;
+  void read_materials();
+  MillNow mill_now() const;
+  millscale::liner::Point at_rest(const MillNow& mill, const millscale::Vector& arm) const;
+  void evaluate(double dt);
+  void find_near(const MillNow& mill);
+  void count_touching();
+  void fetch_ahead(const Near& near) const;
+  void look_at(Near& near, const MillNow& mill, double dt);
+  void touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const;
+  void touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const;
+  void press_all(int i, const MillNow& mill, const millscale::Vector& arm, Contacts& found,
+                 double dt);
+  void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
+             double dt, millscale::Vector& displacement, double held);
+  millscale::contact::Pair pair_of(int i) const;
+  double damping_held(int i, const Contacts& found, double dt) const;
+  struct Pressed;
+  void account(const Pressed& pressed, const Contact& contact, double dt) const;
+
+  std::string mill_id_;
+  FixMillSimilarity* mill_fix_ = nullptr;
+  FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
+  millscale::liner::Widths widths_;
+  std::unique_ptr<millscale::liner::Liner> liner_;
+  double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
+  millscale::liner::GrooveChords chords_;
+  std::unique_ptr<millscale::liner::TouchFinder> touches_of_;
+  std::optional<millscale::liner::EndWalls> ends_;
+  bool ends_turn_ = true;
+  int wall_type_ = 0;
+  bool rolling_ = true;
+  bool bounded_ = false;                  ///< the tangential damping is divided as that of balls is
+  FixContactDamping* damping_ = nullptr;  ///< sums of the balls' contacts, if there are such
+  std::vector<BallOnWall> of_type_;
+  std::vector<Near> near_;             ///< balls that may touch, or did
+  std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
+  double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
+  millscale::Vector torque_on_turning_{};
+};
+
+}  // namespace LAMMPS_NS
+
+#endif
+#endif

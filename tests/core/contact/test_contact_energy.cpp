@@ -1,0 +1,308 @@
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/contact/contact_energy.h"
+#include "core/contact/hertz_mindlin.h"
+#include "core/contact/written_out.h"
+#include "core/energy/energy_budget.h"
+
+namespace {
+
+using namespace millscale::contact;
+using millscale::Vector;
+namespace ledger = millscale::ledger;
+
+constexpr double radius = 0.02, mass = 0.09, inertia = 0.4 * mass * radius * radius;
+constexpr double young = 3.3e7, shear = 7.0e6;
+constexpr double head_on = 1.0;  // relative speed [m/s]
+
+Triple<double> triple(const Vector& a)
+{
+  return {a[0], a[1], a[2]};
+}
+
+struct Ball {
+  Vector place, velocity, spin{};
+  Loads loads{};
+};
+
+/// Two equal balls that meet along x, by the engine's steps; and the account of their energy.
+struct Collision {
+  double restitution, sliding, rolling_friction, dt;
+  BallTerms terms{};
+  double hardness = 1.0;  ///< factor of both moduli
+  Ball i{{0.0, 0.0, 0.0}, {-0.5 * head_on, 0.0, 0.0}};
+  Ball j{{-2.0 * radius - 1e-12, 0.0, 0.0}, {0.5 * head_on, 0.0, 0.0}};
+  Triple<double> memory{0.0, 0.0, 0.0};
+  ledger::WorkSums work{};
+  ledger::Stored stored{};
+  double slip = 0.0, touched = 0.0;
+
+  double kinetic() const
+  {
+    double sum = 0.0;
+    for (const Ball* b : {&i, &j})
+      sum += 0.5 * mass * dot(b->velocity, b->velocity) + 0.5 * inertia * dot(b->spin, b->spin);
+    return sum;
+  }
+
+  Vector total(const Ball& b, int from) const
+  {
+    Vector sum{};
+    for (const Load& load : b.loads)
+      for (int d = 0; d < 3; ++d) sum[d] += load[from + d];
+    return sum;
+  }
+
+  void kick(double duration)
+  {
+    for (Ball* b : {&i, &j})
+      for (int d = 0; d < 3; ++d) {
+        b->velocity[d] += duration / mass * total(*b, 0)[d];
+        b->spin[d] += duration / inertia * total(*b, 3)[d];
+      }
+  }
+
+  void press()
+  {
+    i.loads = j.loads = {};
+    stored = {};
+    BallTouch<double> touch;
+    touch.apart = triple(i.place) - triple(j.place);
+    touch.square = dot(touch.apart, touch.apart);
+    touch.radius_i = touch.radius_j = radius;
+    touch.mass_i = touch.mass_j = mass;
+    touch.velocity = triple(i.velocity) - triple(j.velocity);
+    touch.spin_i = triple(i.spin);
+    touch.spin_j = triple(j.spin);
+    touch.displacement = memory;
+    if (!(touch.square < 4.0 * radius * radius)) return;
+    const auto law = ball_law(hardness * young, hardness * shear, damping_factor(restitution),
+                              sliding, rolling_friction);
+    const auto forces = ball_force(touch, law, terms, dt, true);
+    memory = forces.displacement;
+    const EnergyOfContact contact = energy_of(forces);
+    add_loads(contact, 1.0, forces.parts.lever_i, i.loads);
+    add_loads(contact, -1.0, forces.parts.lever_j, j.loads);
+    stored = {contact.stored_in_normal_spring(), contact.stored_in_tangential_spring()};
+    slip += contact.slip();
+    touched += dt;
+  }
+
+  ledger::Works powers(double shift) const
+  {
+    ledger::Works sum;
+    for (const Ball* b : {&i, &j}) {
+      Vector v, w;
+      for (int d = 0; d < 3; ++d) {
+        v[d] = b->velocity[d] + shift / mass * total(*b, 0)[d];
+        w[d] = b->spin[d] + shift / inertia * total(*b, 3)[d];
+      }
+      for (int k = 0; k < works; ++k)
+        sum.on_balls[ledger::ball_ball][k] += power(b->loads[k], v, w);
+    }
+    return sum;
+  }
+
+  void step()
+  {
+    kick(0.5 * dt);
+    for (Ball* b : {&i, &j})
+      for (int d = 0; d < 3; ++d) b->place[d] += dt * b->velocity[d];
+    press();
+    kick(0.5 * dt);
+    work.step(powers(-0.25 * dt), powers(0.25 * dt), dt);
+  }
+
+  /// Until they are apart.
+  void meet()
+  {
+    do step();
+    while (stored.normal > 0.0);
+  }
+
+  ledger::PairingTerms terms_now() const
+  {
+    return ledger::terms_of(work.done.on_balls[ledger::ball_ball], {}, stored, slip);
+  }
+};
+
+double work_of_all(const Collision& c)
+{
+  double sum = 0.0;
+  for (const double w : c.work.done.on_balls[ledger::ball_ball]) sum += w;
+  return sum;
+}
+
+constexpr double impact_energy = 0.5 * (0.5 * mass) * head_on * head_on;
+
+/// Of an elastic impact, Hertz: 2.94 (largest overlap) / speed.
+double duration()
+{
+  const double effective = 0.5 * mass, stiffness = 4.0 / 3.0 * young * std::sqrt(0.5 * radius);
+  const double overlap = std::pow(1.25 * effective * head_on * head_on / stiffness, 0.4);
+  return 2.94 * overlap / head_on;
+}
+
+TEST(ContactEnergy, KickByKickTheWorkIsTheChangeOfKineticEnergy)
+{
+  Collision c{0.3, 0.4, 0.02, duration() / 40.0};
+  c.i.velocity = {-0.5, 0.7, -0.3};
+  c.i.spin = {5.0, -20.0, 40.0};
+  c.j.spin = {-9.0, 3.0, 7.0};
+  const double before = c.kinetic();
+  c.meet();
+  // Two sums of some hundred numbers of this size.
+  EXPECT_NEAR(work_of_all(c), c.kinetic() - before, 1e-13 * before);
+  EXPECT_LT(c.kinetic(), 0.9 * before);
+}
+
+TEST(ContactEnergy, AnElasticContactStoresTheEnergyAndGivesItBack)
+{
+  // The trapezium rule over the force, whose second derivative is up to 1/(15 overlap^2) of the
+  // energy per length squared: the step v dt gives 1/12 of it, and less than one step's share more
+  // where the contact begins and ends within a step.
+  Collision c{1.0, 0.0, 0.0, duration() / 400.0};
+  const double first_step = 2.94 / 400.0, bound = first_step * first_step;
+  double most = 0.0;
+  const double before = c.kinetic();
+  do {
+    c.step();
+    most = std::max(most, c.stored.normal);
+    EXPECT_NEAR(c.kinetic() + c.stored.normal, before, bound * impact_energy);
+  } while (c.stored.normal > 0.0);
+  // Its largest is met within half a step, where energy falls with the square of the way.
+  EXPECT_NEAR(most, impact_energy, 2.0 * bound * impact_energy);
+  const ledger::PairingTerms t = c.terms_now();
+  EXPECT_EQ(t.dissipated_normal, 0.0);
+  EXPECT_EQ(t.dissipated_tangential, 0.0);
+  EXPECT_NEAR(t.spring_error, 0.0, bound * impact_energy);
+}
+
+TEST(ContactEnergy, ADampedImpactDissipatesOneMinusTheSquareOfRestitution)
+{
+  for (const double e : {0.1, 0.5, 0.9}) {
+    Collision c{e, 0.5, 0.0, duration() / 1000.0};
+    c.meet();
+    const ledger::PairingTerms t = c.terms_now();
+    // The lag of the dashpot, e ln(e)^2 dt / (2 t_c) of e, and a contact that begins up to a step
+    // late: v dt is 0.003 of the overlap, x^(5/4) of half the loss in e.
+    const double loss = -std::log(e);
+    const double of_e = e * loss * loss * 1e-3 + 0.5 * e * loss * std::pow(2.94e-3, 1.25);
+    EXPECT_NEAR(t.dissipated_normal, (1.0 - e * e) * impact_energy,
+                (2.0 * e * of_e + 1e-5) * impact_energy)
+        << e;
+    EXPECT_EQ(t.elastic_normal, 0.0);
+    EXPECT_LT(std::abs(t.spring_error), 1e-4 * impact_energy);
+  }
+}
+
+TEST(ContactEnergy, ABallThatSlidesAllAlongLosesItsWorkToSlip)
+{
+  // It never sticks: the tangential impulse is mu (1 + e) m* v. An impact this hard is over before
+  // the balls have turned about each other, by 1.5 m/s x 0.13 ms / (2 R) = 0.005 rad; the normal
+  // speed changes by that times 1.5 m/s, 0.7 %.
+  Collision c{0.8, 0.1, 0.0, duration() / 16e3};
+  c.hardness = 1e3;  // lasts 1/16 as long
+  c.i.velocity[1] = 1.5;
+  const double before = c.kinetic();
+  c.meet();
+  const ledger::PairingTerms t = c.terms_now();
+  const double impulse = 0.1 * 1.8 * 0.5 * mass * head_on;
+  // Speed of the surfaces falls by impulse (1/m* + 2 R^2 / I) on the way: 7/2 of 1/m*.
+  const double slows = impulse * 3.5 / (0.5 * mass);
+  const double lost = impulse * (1.5 - 0.5 * slows);
+  // The spring takes mu F / k_t, 0.08 of the overlap, of a way of 4 overlaps before it slides.
+  EXPECT_NEAR(t.dissipated_tangential, lost, 0.02 * lost);
+  EXPECT_NEAR(t.tangential_slip, lost, 0.02 * lost);
+  EXPECT_NEAR(t.dissipated_tangential + t.dissipated_normal + t.spring_error, before - c.kinetic(),
+              1e-13 * before);
+}
+
+TEST(ContactEnergy, LoadsByKindAddUpToForceAndTorques)
+{
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto some = [&](double scale) {
+    return Triple<double>{scale * normal(random), scale * normal(random), scale * normal(random)};
+  };
+  for (int k = 0; k < 50; ++k) {
+    BallTouch<double> touch{{0.7 * 0.034, 0.0, 0.7 * 0.034},
+                            0.98 * 0.034 * 0.034,
+                            0.02,
+                            0.015,
+                            0.09,
+                            0.04,
+                            some(0.3),
+                            some(10.0),
+                            some(10.0),
+                            some(k % 2 ? 1e-4 : 1e-6),
+                            0.4};
+    BallTerms terms;
+    terms.bounded = k % 3 == 0;
+    const auto law = ball_law(young, shear, 0.5, 0.4, 0.01);
+    const auto forces = ball_force(touch, law, terms, 1e-5, true);
+    const EnergyOfContact contact = energy_of(forces);
+    Loads on_i{}, on_j{};
+    add_loads(contact, 1.0, forces.parts.lever_i, on_i);
+    add_loads(contact, -1.0, forces.parts.lever_j, on_j);
+    const Vector f = vector_of(forces.force), ti = vector_of(forces.torque_i),
+                 tj = vector_of(forces.torque_j);
+    for (int d = 0; d < 3; ++d) {
+      double sum[4] = {};
+      for (int w = 0; w < works; ++w) {
+        sum[0] += on_i[w][d];
+        sum[1] += on_i[w][3 + d];
+        sum[2] += on_j[w][d];
+        sum[3] += on_j[w][3 + d];
+      }
+      EXPECT_NEAR(sum[0], f[d], 1e-12 * size_of(f));
+      EXPECT_NEAR(sum[1], ti[d], 1e-12 * size_of(ti));
+      EXPECT_NEAR(sum[2], -f[d], 1e-12 * size_of(f));
+      EXPECT_NEAR(sum[3], tj[d], 1e-12 * size_of(tj));
+    }
+    // The spring's part is the spring's, so what else there is is the dashpot's, divided or not.
+    const Vector memory = vector_of(forces.displacement);
+    for (int d = 0; d < 3; ++d)
+      EXPECT_NEAR(on_i[tangential_spring][d], -contact.stiffness * memory[d], 1e-12 * size_of(f));
+    // What slips is not damped.
+    EXPECT_TRUE(forces.parts.slipped == 0.0 || size_of(contact.damped) == 0.0);
+  }
+}
+
+TEST(ContactEnergy, OfAWallIsThatOfItsForce)
+{
+  const Pair pair{radius, mass, young, shear, 0.5};
+  for (const double along : {1e-6, 1e-3}) {  // sticks, slides
+    WallTouch touch{radius, 4e-4, {0.0, 1.0, 0.0}, {0.2, -0.1, 0.05}, {3.0, 20.0, -8.0}};
+    Vector memory{along, 0.0, 0.0};
+    const ForceAndTorque on_ball = wall_force(pair, {0.3, 0.01}, touch, 1e-5, memory);
+    const EnergyOfContact contact = energy_of(touch, on_ball, memory);
+    Loads loads{};
+    add_loads(contact, 1.0, on_ball.parts.lever, loads);
+    for (int d = 0; d < 3; ++d) {
+      double force = 0.0, torque = 0.0;
+      for (const Load& load : loads) {
+        force += load[d];
+        torque += load[3 + d];
+      }
+      EXPECT_NEAR(force, on_ball.force[d], 1e-12 * size_of(on_ball.force));
+      EXPECT_NEAR(torque, on_ball.torque[d], 1e-12 * size_of(on_ball.torque));
+    }
+    const double a = std::sqrt(radius * 4e-4);
+    EXPECT_NEAR(contact.stored_in_normal_spring(), 2.0 / 5.0 * 4.0 / 3.0 * young * a * 4e-4 * 4e-4,
+                1e-12);
+    EXPECT_NEAR(contact.stored_in_tangential_spring(), 0.5 * 8.0 * shear * a * dot(memory, memory),
+                1e-15);
+    EXPECT_EQ(contact.slip() > 0.0, along == 1e-3);
+  }
+}
+
+TEST(ContactEnergy, OfAnApproachIsThatOfTheNormalSpeedAndNoneWhenTheyPart)
+{
+  EXPECT_DOUBLE_EQ(approach_energy(0.045, -2.0), 0.09);
+  EXPECT_EQ(approach_energy(0.045, 2.0), 0.0);
+}
+
+}  // namespace

@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include "core/contact/wall_force.h"
+
+namespace {
+
+using namespace millscale::contact;
+using millscale::dot;
+using millscale::Vector;
+
+const Material ball_material{5.98e7, 0.3, 2678.0};
+constexpr double ball_radius = 0.02;
+
+struct Impact {
+  Vector velocity, spin;
+  double largest_energy;  ///< over the energy before
+};
+
+double kinetic(const Pair& pair, const Vector& v, const Vector& w)
+{
+  const double inertia = 0.4 * pair.mass * pair.radius * pair.radius;
+  return 0.5 * pair.mass * dot(v, v) + 0.5 * inertia * dot(w, w);
+}
+
+/// A ball meets the flat wall y = 0 at an incidence [rad] from the normal; velocity Verlet with
+/// forces at the half step, as the engine does it.
+Impact impact(double restitution, const Friction& friction, double speed, double incidence,
+              double dt)
+{
+  const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, restitution);
+  const double inertia = 0.4 * pair.mass * ball_radius * ball_radius;
+  Vector v{speed * std::sin(incidence), -speed * std::cos(incidence), 0.0}, w{}, memory{};
+  double height = ball_radius;
+  ForceAndTorque on_ball;
+  Impact result{{}, {}, 0.0};
+  const double before = kinetic(pair, v, w);
+  for (int step = 0; step < 10'000'000; ++step) {
+    for (int d = 0; d < 3; ++d) {
+      v[d] += 0.5 * dt * on_ball.force[d] / pair.mass;
+      w[d] += 0.5 * dt * on_ball.torque[d] / inertia;
+    }
+    height += dt * v[1];
+    if (height >= ball_radius) break;
+    on_ball = wall_force(pair, friction, {ball_radius, ball_radius - height, {0.0, 1.0, 0.0}, v, w},
+                         dt, memory);
+    for (int d = 0; d < 3; ++d) {
+      v[d] += 0.5 * dt * on_ball.force[d] / pair.mass;
+      w[d] += 0.5 * dt * on_ball.torque[d] / inertia;
+    }
+    result.largest_energy = std::max(result.largest_energy, kinetic(pair, v, w) / before);
+  }
+  result.velocity = v;
+  result.spin = w;
+  return result;
+}
+
+TEST(WallForce, RestitutionIsAsRequested)
+{
+  // First order in dt: at a two-thousandth of the impact's duration the error is below 1e-3.
+  for (double e : {0.1, 0.2, 0.5, 0.8, 1.0})
+    EXPECT_NEAR(impact(e, {0.0, 0.0}, 3.9, 0.0, 2e-6).velocity[1] / 3.9, e, 2e-3) << e;
+}
+
+TEST(WallForce, ElasticImpactReachesHertzOverlapAndDuration)
+{
+  const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 1.0);
+  const double dt = 1e-6, speed = 2.0;
+  Vector memory{}, v{0.0, -speed, 0.0};
+  double height = ball_radius, deepest = 0.0, time = 0.0;
+  double force = 0.0;
+  do {
+    v[1] += 0.5 * dt * force / pair.mass;
+    height += dt * v[1];
+    if (height >= ball_radius) break;
+    force = wall_force(pair, {0.0, 0.0}, {ball_radius, ball_radius - height, {0, 1, 0}, v, {}}, dt,
+                       memory)
+                .force[1];
+    v[1] += 0.5 * dt * force / pair.mass;
+    deepest = std::max(deepest, ball_radius - height);
+    time += dt;
+  } while (time < 1.0);
+  EXPECT_NEAR(deepest / hertz_overlap(pair, speed), 1.0, 1e-4);
+  EXPECT_NEAR(time / hertz_collision_time(pair, speed), 1.0, 1e-3);
+}
+
+TEST(WallForce, KineticEnergyNeverRisesAtAnyIncidence)
+{
+  const double degree = std::acos(-1.0) / 180.0;
+  for (double e : {0.2, 0.98})
+    for (double mu : {0.092, 0.5})
+      for (int angle = 5; angle <= 85; angle += 5) {
+        const Impact after = impact(e, {mu, 0.01}, 3.9, angle * degree, 5e-6);
+        // The springs give back at most what they took; 1e-3 is the error of the step.
+        EXPECT_LE(after.largest_energy, 1.0 + 1e-3) << e << " " << mu << " " << angle;
+      }
+}
+
+TEST(WallForce, GrossSlidingFollowsTheClosedForm)
+{
+  // v_t'/v_t = 1 - mu (1 + e) cot(theta), omega' = -(5/2) mu (1 + e) v_n / R (rigid-body impulse).
+  const double mu = 0.092, e = 1.0, theta = 70.0 * std::acos(-1.0) / 180.0, speed = 3.9;
+  const Impact after = impact(e, {mu, 0.0}, speed, theta, 1e-6);
+  EXPECT_NEAR(after.velocity[0] / (speed * std::sin(theta)), 1.0 - mu * (1 + e) / std::tan(theta),
+              1e-3);
+  // The lever is the radius less half the overlap, so the spin falls short by at most that.
+  const double spin = 2.5 * mu * (1 + e) * speed * std::cos(theta) / ball_radius;
+  const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, e);
+  const double shortest = 1.0 - 0.5 * hertz_overlap(pair, speed * std::cos(theta)) / ball_radius;
+  EXPECT_LT(std::abs(after.spin[2]) / spin, 1.0);
+  EXPECT_GT(std::abs(after.spin[2]) / spin, shortest - 1e-3);
+}
+
+TEST(WallForce, RollingFrictionOpposesTheSpinAndIgnoresTwist)
+{
+  const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 0.2);
+  Vector memory{};
+  const double overlap = 1e-4;
+  const WallTouch rolling{ball_radius, overlap, {0, 1, 0}, {0, 0, 0}, {0, 0, 3.0}};
+  const double elastic = coefficients(pair, overlap).normal_stiffness * overlap;
+  const Vector without = wall_force(pair, {0.0, 0.0}, rolling, 1e-5, memory).torque;
+  const Vector with = wall_force(pair, {0.0, 0.01}, rolling, 1e-5, memory).torque;
+  EXPECT_NEAR(with[2] - without[2], -0.01 * elastic * ball_radius, 1e-12 * elastic);
+
+  const WallTouch twisting{ball_radius, overlap, {0, 1, 0}, {0, 0, 0}, {0, 3.0, 0}};
+  const Vector twist = wall_force(pair, {0.5, 0.01}, twisting, 1e-5, memory).torque;
+  EXPECT_NEAR(twist[1], 0.0, 1e-15);
+}
+
+TEST(WallForce, AtSetUpTheMemoryIsUsedAndNotChanged)
+{
+  const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 0.2);
+  const WallTouch sliding{ball_radius, 1e-4, {0, 1, 0}, {0.3, 0, 0}, {}};
+  Vector memory{-2e-6, 0.0, 0.0};
+  const Vector before = memory;
+  wall_force(pair, {0.5, 0.0}, sliding, 0.0, memory);
+  EXPECT_EQ(memory, before);
+  wall_force(pair, {0.5, 0.0}, sliding, 1e-6, memory);
+  EXPECT_NE(memory, before);
+}
+
+TEST(WallForce, SlidingForceIsCoulombs)
+{
+  const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 1.0);
+  Vector memory{1e-3, 0.0, 0.0};  // far beyond the limit
+  const ForceAndTorque on_ball =
+      wall_force(pair, {0.5, 0.0}, {ball_radius, 1e-4, {0, 1, 0}, {1, 0, 0}, {}}, 1e-6, memory);
+  EXPECT_NEAR(on_ball.force[0], -0.5 * on_ball.force[1], 1e-12 * on_ball.force[1]);
+}
+
+}  // namespace

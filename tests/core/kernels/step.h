@@ -1,0 +1,165 @@
+#pragma once
+
+#include "core/contact/written_out.h"
+#include "core/energy/contact_sums.h"
+#include "core/kernels/kernel.h"
+#include "core/neighbor/cloud.h"
+
+namespace pair_step {
+
+using namespace millscale::pairs;
+namespace contact = millscale::contact;
+
+inline constexpr double dt = 1e-5;
+
+/// Materials of two types, each pair of types unlike the others.
+inline const std::vector<written_out::Law> materials{{3.3e7, 7.0e6, 0.59, 0.5, 0.010},
+                                                     {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
+                                                     {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
+                                                     {1.2e8, 4.0e7, 0.22, 0.7, 0.005}};
+
+/// Whether it is a kernel of `kernels` that takes the place of a level's own.
+inline bool is_mixed(const Kernel& kernel)
+{
+  return kernel.evaluate == kernel.evaluate_mixed;
+}
+
+/// A cloud, its list and what a step leaves.
+struct Step {
+  Cloud cloud;
+  HalfList list;
+  std::vector<std::array<double, 3>> force, torque;
+  std::vector<double> damping;  ///< of each ball, one step earlier
+  contact::BallTerms terms;
+  bool advance = true, forget_apart = true;
+
+  explicit Step(const Cloud& c, double gap = 0.005) : cloud(c)
+  {
+    build_within(list, cloud, gap, best_kernel().list_partners);
+    std::mt19937 random(11);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < list.owned(); ++i)
+      for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry) {
+        list.touching[entry] = 1;
+        for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = 3e-5 * normal(random);
+      }
+    std::uniform_real_distribution<double> share(0.0, 2e4);
+    for (const double mass : cloud.mass) damping.push_back(mass * share(random));
+    clear();
+  }
+
+  void clear()
+  {
+    force.assign(cloud.all(), {});
+    torque.assign(cloud.all(), {});
+  }
+
+  int only_type() const
+  {
+    const auto& type = cloud.type;
+    const bool one = std::all_of(type.begin(), type.end(), [&](int t) { return t == type[0]; });
+    return one && !type.empty() ? type[0] : 0;
+  }
+
+  /// With `sums`, the plain kernel writes the account of energy into them.
+  void with(const Kernel& kernel, millscale::ledger::PairSums* sums = nullptr)
+  {
+    std::vector<contact::BallLaw<double>> laws;
+    for (const auto& m : materials)
+      laws.push_back(
+          contact::ball_law(m.youngs_modulus, m.shear_modulus, m.damping, m.sliding, m.rolling));
+    RowStore store;
+    const Rows rows = store.for_balls(cloud.all(), is_mixed(kernel) && !sums);
+    const Task task{cloud.view(),
+                    &rows,
+                    list.entries,
+                    list.own.data(),
+                    list.other.data(),
+                    list.touching.data(),
+                    list.displacement.data(),
+                    laws.data(),
+                    2,
+                    only_type(),
+                    terms,
+                    dt,
+                    advance,
+                    forget_apart,
+                    reinterpret_cast<double(*)[3]>(force.data()),
+                    reinterpret_cast<double(*)[3]>(torque.data()),
+                    damping.data()};
+    if (!sums) return kernel.evaluate(task);
+    sums->clear(cloud.owned());
+    sums->begin_list(list.touching.data(), list.entries);
+    v2::evaluate(task, *sums);
+  }
+
+  double apart_square(int i, int j) const
+  {
+    double square = 0.0;
+    for (int d = 0; d < 3; ++d) {
+      const double apart = cloud.position[i][d] - cloud.position[j][d];
+      square += apart * apart;
+    }
+    return square;
+  }
+
+  /// One pair after the other, by the written-out law.
+  void naively()
+  {
+    std::vector<double> sums(cloud.all(), 0.0);
+    for (int i = 0; i < cloud.owned(); ++i)
+      for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry)
+        naive_pair(i, list.other[entry], entry, sums);
+    if (terms.bounded && advance) std::copy_n(sums.begin(), cloud.owned(), damping.begin());
+  }
+
+  double held(int i) const { return dt * damping[i] / cloud.mass[i]; }
+
+  void naive_pair(int i, int j, int entry, std::vector<double>& sums)
+  {
+    using written_out::sum;
+    double* memory = &list.displacement[3 * entry];
+    const double radii = cloud.radius[i] + cloud.radius[j], square = apart_square(i, j);
+    if (!(square < radii * radii)) {
+      if (!forget_apart) return;
+      list.touching[entry] = 0;
+      std::fill_n(memory, 3, 0.0);
+      return;
+    }
+    const auto triple = [](const millscale::Vector& a) {
+      return contact::Triple<double>{a[0], a[1], a[2]};
+    };
+    const auto got = written_out::ball_force(
+        {triple(sum(cloud.position[i], -1.0, cloud.position[j])),
+         square,
+         cloud.radius[i],
+         cloud.radius[j],
+         cloud.mass[i],
+         cloud.mass[j],
+         triple(sum(cloud.velocity[i], -1.0, cloud.velocity[j])),
+         triple(cloud.spin[i]),
+         triple(cloud.spin[j]),
+         {memory[0], memory[1], memory[2]},
+         held(i) + held(j)},
+        materials[(cloud.type[i] - 1) * 2 + cloud.type[j] - 1], terms, dt, advance);
+    list.touching[entry] = 1;
+    std::copy_n(got.displacement.begin(), 3, memory);
+    sums[i] += got.damping;
+    sums[j] += got.damping;
+    force[i] = sum(force[i], 1.0, got.force);
+    torque[i] = sum(torque[i], 1.0, got.torque_i);
+    if (j >= cloud.owned()) return;
+    force[j] = sum(force[j], -1.0, got.force);
+    torque[j] = sum(torque[j], 1.0, got.torque_j);
+  }
+};
+
+inline double largest(const std::vector<std::array<double, 3>>& field)
+{
+  double size = 0.0;
+  for (const auto& row : field)
+    for (const double value : row) size = std::fmax(size, std::abs(value));
+  return size;
+}
+
+}  // namespace pair_step

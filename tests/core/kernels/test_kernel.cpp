@@ -1,0 +1,233 @@
+#include <gtest/gtest.h>
+
+#include "core/kernels/step.h"
+
+namespace {
+
+using namespace pair_step;
+
+void expect_close(const std::vector<std::array<double, 3>>& got,
+                  const std::vector<std::array<double, 3>>& expected, double tolerance)
+{
+  ASSERT_EQ(got.size(), expected.size());
+  const double accepted = tolerance * largest(expected);
+  for (std::size_t i = 0; i < got.size(); ++i)
+    for (int d = 0; d < 3; ++d)
+      ASSERT_LE(std::abs(got[i][d] - expected[i][d]), accepted) << "ball " << i << " " << d;
+}
+
+/// The kernel leaves what the naive loop leaves. A force is known to the rounding of its overlap,
+/// 1e-16 of the distance; the tolerance, of the largest force, holds for overlaps that are not
+/// much below a hundredth of a radius where the force counts. A mixed kernel rounds each number to
+/// 6e-8; some twenty follow on each other in a force.
+void expect_as_naive(const Step& start, const Kernel& kernel)
+{
+  const double rounding = is_mixed(kernel) ? 1.2e-6 : 1e-12,
+               tolerance = is_mixed(kernel) ? 1.2e-6 : 1e-13;
+  Step step = start, naive = start;
+  step.with(kernel);
+  naive.naively();
+  SCOPED_TRACE(kernel.level);
+  expect_close(step.force, naive.force, tolerance);
+  expect_close(step.torque, naive.torque, tolerance);
+  EXPECT_EQ(step.list.touching, naive.list.touching);
+  for (int i = 0; i < step.cloud.all(); ++i)
+    ASSERT_NEAR(step.damping[i], naive.damping[i], rounding * naive.damping[i] + 1e-15);
+  for (std::size_t k = 0; k < step.list.displacement.size(); ++k)
+    ASSERT_NEAR(step.list.displacement[k], naive.list.displacement[k], tolerance * 1e-4);
+}
+
+int touching(const Step& step)
+{
+  int count = 0;
+  for (int i = 0; i < step.cloud.owned(); ++i)
+    for (int entry = step.list.first[i]; entry < step.list.first[i] + step.list.partners[i];
+         ++entry) {
+      const int j = step.list.other[entry];
+      count += std::sqrt(step.apart_square(i, j)) < step.cloud.radius[i] + step.cloud.radius[j];
+    }
+  return count;
+}
+
+/// `count` pairs of balls that overlap, and as many that are near, every pair by itself.
+Cloud separate_pairs(int count, unsigned seed)
+{
+  Cloud cloud = random_cloud({4 * count, 0.0, 0.015, 0.025, 2}, seed);
+  for (int i = 0; i < cloud.all(); ++i) {
+    const int pair = i / 2;
+    const double radii = cloud.radius[2 * pair] + cloud.radius[2 * pair + 1];
+    cloud.position[i][0] = 0.2 * pair;
+    cloud.position[i][1] = i % 2 * radii * (pair % 2 ? 1.01 : 0.97);
+  }
+  return cloud;
+}
+
+TEST(Kernel, OfLevelTwoRunsOnAnyMachine)
+{
+  EXPECT_TRUE(runs(2));
+  EXPECT_FALSE(runs(1));
+  EXPECT_FALSE(runs(5));
+  int best = 2;
+  while (runs(best + 1)) ++best;
+  EXPECT_STREQ(best_kernel().level, kernel(best).level);
+}
+
+TEST(Kernel, OfEveryLevelIsTheNaiveLoop)
+{
+  for (const Kernel& kernel : kernels()) {
+    expect_as_naive(Step(random_cloud({300, 0.3, 0.01, 0.03, 2}, 1)), kernel);
+    expect_as_naive(Step(random_cloud({300, 0.25}, 2)), kernel);  // one type: one law for all
+    Cloud second = random_cloud({300, 0.25}, 3);
+    std::fill(second.type.begin(), second.type.end(), 2);
+    expect_as_naive(Step(second), kernel);
+  }
+}
+
+TEST(Kernel, TakesAnyNumberOfContacts)
+{
+  // Past twice the widest block of 128 too.
+  for (const Kernel& kernel : kernels())
+    for (int count : {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12,  13,  14,  15, 16,
+                      17, 23, 24, 25, 31, 32, 33, 39, 40, 63, 64, 65, 127, 128, 129, 300}) {
+      const Step start(separate_pairs(count, 100 + count));
+      ASSERT_EQ(touching(start), count);
+      SCOPED_TRACE(count);
+      expect_as_naive(start, kernel);
+    }
+}
+
+TEST(Kernel, HasEveryChoiceOfTerms)
+{
+  for (const Kernel& kernel : kernels())
+    for (unsigned choice = 0; choice < 16; ++choice) {
+      Step start(random_cloud({150, 0.2, 0.01, 0.03, 2}, 4));
+      start.terms = {bool(choice & 1), bool(choice & 2), bool(choice & 8), bool(choice & 4)};
+      SCOPED_TRACE(choice);
+      expect_as_naive(start, kernel);
+    }
+}
+
+TEST(Kernel, BoundsTheDampingByThatOfTheStepBefore)
+{
+  for (const Kernel& kernel : kernels()) {
+    Step free(random_cloud({150, 0.2}, 4));
+    free.terms.rolling = false;
+    Step bounded = free, again = free;
+    bounded.terms.bounded = again.terms.bounded = true;
+    std::fill(bounded.damping.begin(), bounded.damping.end(), 0.0);
+    for (Step* step : {&free, &bounded, &again}) step->with(kernel);
+    EXPECT_EQ(bounded.force, free.force) << "without damping before there is nothing to bound";
+    EXPECT_NE(again.force, free.force);
+    EXPECT_GT(*std::max_element(bounded.damping.begin(), bounded.damping.end()), 0.0);
+  }
+}
+
+TEST(Kernel, GivesGhostsNoForceAndTheirPartnersAllOfIt)
+{
+  const Cloud cloud = random_cloud({300, 0.25, 0.01, 0.03, 2, 120}, 5);
+  for (const Kernel& kernel : kernels()) {
+    const Step start(cloud);
+    expect_as_naive(start, kernel);
+    Step step = start;
+    step.with(kernel);
+    for (int j = cloud.owned(); j < cloud.all(); ++j)
+      for (int d = 0; d < 3; ++d) {
+        EXPECT_EQ(step.force[j][d], 0.0);
+        EXPECT_EQ(step.torque[j][d], 0.0);
+      }
+  }
+}
+
+TEST(Kernel, AddsToWhatIsThere)
+{
+  for (const Kernel& kernel : kernels()) {
+    Step once(random_cloud({100, 0.2}, 6));
+    once.advance = false;
+    Step twice = once;
+    once.with(kernel);
+    twice.with(kernel);
+    twice.with(kernel);
+    for (auto* field : {&once.force, &once.torque})
+      for (auto& row : *field)
+        for (double& value : row) value *= 2.0;
+    expect_close(twice.force, once.force, 1e-13);
+    expect_close(twice.torque, once.torque, 1e-13);
+  }
+}
+
+TEST(Kernel, StartsFromBallsAtRest)
+{
+  Cloud cloud = random_cloud({100, 0.2}, 7);
+  for (int i = 0; i < cloud.all(); ++i) cloud.velocity[i] = cloud.spin[i] = {};
+  for (const Kernel& kernel : kernels()) {
+    Step start(cloud);
+    std::fill(start.list.displacement.begin(), start.list.displacement.end(), 0.0);
+    expect_as_naive(start, kernel);
+    start.with(kernel);
+    EXPECT_GT(largest(start.force), 1.0);
+    EXPECT_EQ(largest(start.torque), 0.0);
+  }
+}
+
+TEST(Kernel, ForgetsAContactThatPartedOnlyIfAsked)
+{
+  for (const Kernel& kernel : kernels())
+    for (const bool forget : {true, false}) {
+      Step step(separate_pairs(20, 8));
+      step.forget_apart = forget;
+      expect_as_naive(step, kernel);
+      const std::vector<double> before = step.list.displacement;
+      step.with(kernel);
+      int parted = 0;
+      for (int pair = 1; pair < 40; pair += 2) {  // every second pair is apart
+        const int entry = step.list.first[2 * pair];
+        ASSERT_EQ(step.list.other[entry], 2 * pair + 1);
+        EXPECT_EQ(step.list.touching[entry], forget ? 0 : 1);
+        for (int d = 0; d < 3; ++d)
+          EXPECT_EQ(step.list.displacement[3 * entry + d], forget ? 0.0 : before[3 * entry + d]);
+        ++parted;
+      }
+      EXPECT_EQ(parted, 20);
+    }
+}
+
+TEST(Kernel, AtSetUpUsesMemoriesAndKeepsThem)
+{
+  for (const Kernel& kernel : kernels()) {
+    Step step(random_cloud({200, 0.25, 0.01, 0.03, 2}, 9));
+    step.advance = step.forget_apart = false;
+    expect_as_naive(step, kernel);
+    const std::vector<double> before = step.list.displacement;
+    step.with(kernel);
+    EXPECT_EQ(step.list.displacement, before);
+  }
+}
+
+TEST(Kernel, GivesBallsThatBarelyTouchAFiniteForce)
+{
+  // At a distance of the radii, give or take a few rounding errors, all kernels must agree with
+  // themselves whether the balls touch: an overlap below 0 has no square root.
+  Cloud cloud;
+  std::mt19937 random(12);
+  std::normal_distribution<double> normal;
+  for (int pair = 0; pair < 20000; ++pair) {
+    std::array<double, 3> n{normal(random), normal(random), normal(random)};
+    const double length = std::hypot(n[0], n[1], n[2]), radii = 0.04 + 1e-4 * (pair % 7);
+    std::array<double, 3> here{0.2 * (pair % 30), 0.2 * (pair / 30 % 30), 0.2 * (pair / 900)};
+    cloud.add(here, 0.5 * radii);
+    for (int d = 0; d < 3; ++d) here[d] += radii * n[d] / length;
+    cloud.add(here, radii - 0.5 * radii);
+  }
+  for (const Kernel& kernel : kernels()) {
+    Step step(cloud, 1e-4);
+    ASSERT_EQ(step.list.entries, 20000);
+    step.with(kernel);
+    for (const auto& row : step.force)
+      for (const double value : row) ASSERT_TRUE(std::isfinite(value)) << kernel.level;
+    for (const double value : step.list.displacement)
+      ASSERT_TRUE(std::isfinite(value)) << kernel.level;
+    EXPECT_LT(largest(step.force), 1e-9);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+
+#include "core/kernels/step.h"
+
+namespace {
+
+using namespace pair_step;
+using millscale::ledger::PairSums;
+
+constexpr double mixed_edge = 0.16;
+
+Step mixed(int ghosts, unsigned seed = 7)
+{
+  return Step(random_cloud({60, mixed_edge, 0.015, 0.025, 2, ghosts}, seed));
+}
+
+TEST(KernelAccount, ChangesNoForceAndNoMemory)
+{
+  for (const bool bounded : {false, true}) {
+    Step plain = mixed(15), account = mixed(15);
+    plain.terms.bounded = account.terms.bounded = bounded;
+    PairSums sums;
+    plain.with(kernel(2));
+    account.with(kernel(2), &sums);
+    EXPECT_EQ(plain.force, account.force);
+    EXPECT_EQ(plain.torque, account.torque);
+    EXPECT_EQ(plain.damping, account.damping);
+    EXPECT_EQ(plain.list.displacement, account.list.displacement);
+    EXPECT_EQ(plain.list.touching, account.list.touching);
+  }
+}
+
+TEST(KernelAccount, LoadsOfABallAddUpToItsForceAndTorque)
+{
+  Step step = mixed(15);
+  PairSums sums;
+  step.with(kernel(2), &sums);
+  const double force = largest(step.force), torque = largest(step.torque);
+  ASSERT_GT(force, 0.0);
+  for (int i = 0; i < step.cloud.owned(); ++i)
+    for (int d = 0; d < 3; ++d) {
+      double f = 0.0, t = 0.0;
+      for (const auto& load : sums.loads[i]) {
+        f += load[d];
+        t += load[3 + d];
+      }
+      EXPECT_NEAR(f, step.force[i][d], 1e-13 * force);
+      EXPECT_NEAR(t, step.torque[i][d], 1e-13 * torque);
+    }
+}
+
+/// Two ranks that each own half of the balls and see the others as ghosts say together what one
+/// rank says.
+TEST(KernelAccount, OfTwoRanksIsThatOfOne)
+{
+  Cloud cloud = random_cloud({60, mixed_edge, 0.02, 0.02, 1}, 5);
+  const auto of = [](Cloud balls, int ghosts) {
+    balls.ghosts = ghosts;
+    Step step(balls);
+    std::fill(step.list.displacement.begin(), step.list.displacement.end(), 2e-5);
+    std::fill(step.list.touching.begin(), step.list.touching.end(), 0);
+    PairSums sums;
+    step.with(kernel(2), &sums);
+    return sums;
+  };
+  Cloud other;  // the second half first
+  for (int k = 0; k < 60; ++k) {
+    const int i = (k + 30) % 60;
+    other.add(cloud.position[i], cloud.radius[i]);
+    other.velocity.back() = cloud.velocity[i];
+    other.spin.back() = cloud.spin[i];
+  }
+  const PairSums one = of(cloud, 0), first = of(cloud, 30), second = of(other, 30);
+  ASSERT_GT(one.impacts, 5.0);
+  ASSERT_GT(one.slip, 0.0);
+  EXPECT_DOUBLE_EQ(first.impacts + second.impacts, one.impacts);
+  const double e = 1e-12;  // sums of some tens of positive numbers
+  EXPECT_NEAR(first.impact_energy + second.impact_energy, one.impact_energy, e * one.impact_energy);
+  EXPECT_NEAR(first.normal_energy + second.normal_energy, one.normal_energy, e * one.normal_energy);
+}
+
+TEST(KernelAccount, AtSetUpNothingSlidesAndNothingMeets)
+{
+  Step step = mixed(0);
+  std::fill(step.list.touching.begin(), step.list.touching.end(), 0);
+  step.advance = false;
+  PairSums sums;
+  step.with(kernel(2), &sums);
+  EXPECT_GT(sums.normal_energy, 0.0);
+  EXPECT_EQ(sums.slip, 0.0);
+  EXPECT_EQ(sums.impacts, 0.0);
+}
+
+}  // namespace

@@ -1,0 +1,265 @@
+#include <gtest/gtest.h>
+
+#include "core/kernels/kernel.h"
+#include "core/neighbor/cloud.h"
+
+namespace {
+
+using namespace millscale::pairs;
+
+using Pairs = std::vector<std::array<int, 2>>;
+
+/// By definition: an owned ball with every later one whose surface is within the gap. Rounding may
+/// put a pair at the very reach on either side: `slack` is relative to the reach.
+Pairs brute_force(const Cloud& cloud, double gap, double slack = 0.0)
+{
+  Pairs found;
+  for (int i = 0; i < cloud.owned(); ++i)
+    for (int j = i + 1; j < cloud.all(); ++j) {
+      const auto &a = cloud.position[i], &b = cloud.position[j];
+      const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+      const double limit = (cloud.radius[i] + gap + cloud.radius[j]) * (1.0 + slack);
+      if (x * x + y * y + z * z <= limit * limit) found.push_back({i, j});
+    }
+  return found;
+}
+
+Pairs pairs_of(const HalfList& list)
+{
+  Pairs found;
+  for (int i = 0; i < list.owned(); ++i)
+    for (int k = 0; k < list.partners[i]; ++k) {
+      EXPECT_EQ(list.own[list.first[i] + k], i);
+      const int j = list.other[list.first[i] + k];
+      found.push_back({std::min(i, j), std::max(i, j)});  // either may have the pair
+    }
+  EXPECT_EQ(found.size(), static_cast<std::size_t>(list.entries));
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+void expect_brute_force(const HalfList& list, const Cloud& cloud, double gap, const char* scene)
+{
+  const Pairs found = pairs_of(list);
+  const Pairs needed = brute_force(cloud, gap, -1e-14), allowed = brute_force(cloud, gap, 1e-14);
+  EXPECT_TRUE(std::includes(found.begin(), found.end(), needed.begin(), needed.end())) << scene;
+  EXPECT_TRUE(std::includes(allowed.begin(), allowed.end(), found.begin(), found.end())) << scene;
+  EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end()) << scene << ": twice";
+}
+
+/// The list by the best kernel; each kernel has its own test.
+void build(HalfList& list, const Cloud& cloud, double gap)
+{
+  build_within(list, cloud, gap, best_kernel().list_partners);
+}
+
+struct Scene {
+  const char* name;
+  Cloud cloud;
+  int at_least;  ///< pairs, so that the scene tests something
+};
+
+Cloud dense()
+{
+  return random_cloud({400, 0.1}, 2);
+}
+
+Cloud of_sizes_one_to_five()
+{
+  Cloud cloud = random_cloud({400, 0.3, 0.005, 0.025}, 3);
+  for (int i = 0; i < 400; i += 10) cloud.radius[i] = i % 20 ? 0.005 : 0.025;
+  return cloud;
+}
+
+Cloud line(int axis, double spacing)
+{
+  Cloud cloud;
+  for (int i = 0; i < 300; ++i) {
+    std::array<double, 3> x{0.0, -3.0, 2.0};
+    x[axis] += spacing * ((i * 77) % 300);  // not in order along the line
+    cloud.add(x, 0.02);
+  }
+  return cloud;
+}
+
+Cloud at_one_point()
+{
+  Cloud cloud;
+  for (int i = 0; i < 50; ++i) cloud.add({0.3, -0.2, 1e3}, 0.02);
+  return cloud;
+}
+
+Cloud two_clusters_far_apart()
+{
+  Cloud cloud = random_cloud({200, 0.2}, 4);
+  for (int i = 0; i < 200; i += 2) {
+    cloud.position[i][0] += 1e6;
+    cloud.position[i][2] -= 1e6;
+  }
+  return cloud;
+}
+
+Cloud of_negative_coordinates()
+{
+  Cloud cloud = random_cloud({400, 0.4}, 5);
+  for (auto& x : cloud.position)
+    for (double& coordinate : x) coordinate -= 7.3;
+  return cloud;
+}
+
+/// Centres on the borders of cells: a lattice as wide as the reach, with its twin one rounding
+/// error off.
+Cloud on_the_borders_of_cells(double reach)
+{
+  Cloud cloud;
+  for (int i = 0; i < 512; ++i) {
+    std::array<double, 3> x{-0.3 + reach * (i % 8), 0.7 + reach * (i / 8 % 8), reach * (i / 64)};
+    if (i % 3 == 1) x[i % 2] = std::nextafter(x[i % 2], i % 5 ? 10.0 : -10.0);
+    cloud.add(x, 0.02);
+  }
+  return cloud;
+}
+
+Cloud with_ghosts()
+{
+  return random_cloud({400, 0.3, 0.01, 0.03, 1, 150}, 6);
+}
+
+constexpr double gap = 0.005;
+
+std::vector<Scene> scenes()
+{
+  Cloud two;
+  two.add({0.0, 0.0, 0.0}, 0.02);
+  two.add({0.0, 0.03, 0.0}, 0.02);
+  Cloud one;
+  one.add({1.0, 2.0, 3.0}, 0.02);
+  return {{"random", random_cloud({400, 0.4}, 1), 100},
+          {"dense", dense(), 5000},
+          {"sizes 1 to 5", of_sizes_one_to_five(), 400},
+          {"line x, touching", line(0, 0.04), 299},
+          {"line y, as wide as the reach", line(1, 0.045), 0},
+          {"line z, apart", line(2, 1.0), 0},
+          {"one point", at_one_point(), 50 * 49 / 2},
+          {"one ball", one, 0},
+          {"two balls", two, 1},
+          {"two clusters", two_clusters_far_apart(), 300},
+          {"negative coordinates", of_negative_coordinates(), 100},
+          {"borders of cells", on_the_borders_of_cells(0.045), 300},
+          {"borders, touching", on_the_borders_of_cells(0.04), 1000},
+          {"ghosts", with_ghosts(), 500}};
+}
+
+TEST(HalfList, IsBruteForceInEveryScene)
+{
+  for (const Kernel& each : kernels())
+    for (const Scene& scene : scenes()) {
+      HalfList list;
+      build_within(list, scene.cloud, gap, each.list_partners);
+      expect_brute_force(list, scene.cloud, gap, scene.name);
+      EXPECT_GE(list.entries, scene.at_least) << scene.name;
+    }
+}
+
+TEST(HalfList, HasThePairsAtTheVeryReachWhateverTheRounding)
+{
+  // 129 of these spacings, times one over the spacing, is rounded to less than 129.
+  const double spacing = 0.06120876588780821;
+  Cloud cloud;
+  for (int i = 0; i < 400; ++i)  // two lines: cells of one alone would be wider
+    cloud.add({spacing * (i / 2), 0.1 * spacing * (i % 2), 0.0}, spacing / 4);
+  HalfList list;
+  build(list, cloud, spacing / 2);
+  expect_brute_force(list, cloud, spacing / 2, "at the reach");
+  EXPECT_GT(list.entries, 50);
+}
+
+TEST(HalfList, WithoutAGapHasTheBallsThatTouch)
+{
+  for (const Scene& scene : scenes()) {
+    HalfList list;
+    build(list, scene.cloud, 0.0);
+    expect_brute_force(list, scene.cloud, 0.0, scene.name);
+  }
+}
+
+TEST(HalfList, BuiltAgainKnowsNothingOfTheLastScene)
+{
+  HalfList list;
+  CellGrid grid;
+  for (const Scene& scene : scenes()) {
+    build_within(list, grid, scene.cloud, gap, best_kernel().list_partners);
+    std::fill(list.displacement.begin(), list.displacement.end(), 1.0);
+    std::fill(list.touching.begin(), list.touching.end(), 1);
+    build_within(list, grid, scene.cloud, gap, best_kernel().list_partners);
+    expect_brute_force(list, scene.cloud, gap, scene.name);
+    EXPECT_EQ(list.touching, std::vector<int>(list.other.size(), 0)) << scene.name;
+    EXPECT_EQ(list.displacement, std::vector<double>(3 * list.other.size(), 0.0)) << scene.name;
+  }
+}
+
+TEST(HalfList, HasNoPairsOfGhosts)
+{
+  const Cloud cloud = with_ghosts();
+  HalfList list;
+  build(list, cloud, gap);
+  int with_a_ghost = 0;
+  for (const auto& pair : pairs_of(list)) {
+    EXPECT_LT(pair[0], cloud.owned());
+    with_a_ghost += pair[1] >= cloud.owned();
+  }
+  EXPECT_EQ(list.owned(), cloud.owned());
+  EXPECT_GT(with_a_ghost, 100);
+}
+
+TEST(HalfList, OfARankWithoutBallsIsEmpty)
+{
+  Cloud nobody, only_ghosts = random_cloud({30, 0.1}, 7);
+  only_ghosts.ghosts = 30;
+  for (const Cloud& cloud : {nobody, only_ghosts}) {
+    HalfList list;
+    build(list, cloud, gap);
+    EXPECT_EQ(list.owned(), 0);
+    EXPECT_EQ(list.entries, 0);
+  }
+}
+
+TEST(HalfList, HasThePairsWithinTheSumOfTheirOwnMargins)
+{
+  const Cloud cloud = random_cloud({500, 0.4, 0.005, 0.025, 1, 120}, 10);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> share(0.0, 0.01);
+  std::vector<double> margin;
+  for (int i = 0; i < cloud.all(); ++i) margin.push_back(share(random));
+  Cloud wider = cloud;
+  for (int i = 0; i < cloud.all(); ++i) wider.radius[i] += margin[i];
+  for (const Kernel& each : kernels()) {
+    HalfList list;
+    CellGrid grid;
+    grid.sort(cloud.view(), 0.01);
+    millscale::pairs::build(list, grid, cloud.view(), margin.data(), each.list_partners);
+    expect_brute_force(list, wider, 0.0, each.level);
+    EXPECT_GT(list.entries, 300);
+  }
+}
+
+TEST(HalfList, MissesNoContactUntilABallHasMovedHalfTheGap)
+{
+  Cloud cloud = random_cloud({600, 0.45, 0.005, 0.025}, 8);
+  HalfList list;
+  build(list, cloud, gap);
+  const Pairs listed = pairs_of(list);
+  const std::size_t touched_before = brute_force(cloud, 0.0).size();
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  for (auto& x : cloud.position) {
+    std::array<double, 3> step{normal(random), normal(random), normal(random)};
+    const double length = std::hypot(step[0], step[1], step[2]);
+    for (int d = 0; d < 3; ++d) x[d] += 0.4999 * gap * step[d] / length;
+  }
+  const Pairs touching = brute_force(cloud, 0.0);
+  EXPECT_TRUE(std::includes(listed.begin(), listed.end(), touching.begin(), touching.end()));
+  EXPECT_NE(touching.size(), touched_before);
+}
+
+}  // namespace
