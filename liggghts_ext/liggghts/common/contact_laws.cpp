@@ -1,10 +1,11 @@
 #include "liggghts/common/contact_laws.h"
 
 #include "atom.h"
-#include "core/contact/hertz_mindlin.h"
 #include "fix_property_global.h"
 #include "lammps.h"
 #include "modify.h"
+
+#include "core/contact/hertz_mindlin.h"
 
 namespace contact = millscale::contact;
 

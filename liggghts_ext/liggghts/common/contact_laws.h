@@ -1,5 +1,4 @@
-#ifndef LMP_CONTACT_LAWS_H
-#define LMP_CONTACT_LAWS_H
+#pragma once
 
 #include <vector>
 
@@ -22,5 +21,3 @@ struct TypePair {
 std::vector<TypePair> contact_laws(LAMMPS* engine, const char* asker, bool sliding, bool rolling);
 
 }  // namespace LAMMPS_NS
-
-#endif

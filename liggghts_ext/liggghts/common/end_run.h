@@ -1,5 +1,4 @@
-#ifndef LMP_END_RUN_H
-#define LMP_END_RUN_H
+#pragma once
 
 #include <mpi.h>
 
@@ -31,5 +30,3 @@ class EndRun : LAMMPS_NS::Pointers {
 };
 
 }  // namespace millscale
-
-#endif

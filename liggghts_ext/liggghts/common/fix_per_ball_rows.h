@@ -1,5 +1,4 @@
-#ifndef LMP_FIX_PER_BALL_ROWS_H
-#define LMP_FIX_PER_BALL_ROWS_H
+#pragma once
 
 #include "fix.h"
 
@@ -32,5 +31,3 @@ class FixPerBallRows : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif

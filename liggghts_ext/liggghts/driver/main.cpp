@@ -8,9 +8,10 @@
 
 #include "input.h"
 #include "lammps.h"
-#include "liggghts/driver/register_styles.h"
 #include "signal_handling.h"
 #include "universe.h"
+
+#include "liggghts/driver/register_styles.h"
 
 namespace {
 

@@ -13,6 +13,8 @@
 #include "compute.h"
 #include "fix.h"
 #include "lammps.h"
+#include "modify.h"
+
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/measure/compute_mill_charge.h"
 #include "liggghts/measure/compute_mill_detach.h"
@@ -29,7 +31,6 @@
 #include "liggghts/run/fix_mill_restart.h"
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/mesh_file.h"
-#include "modify.h"
 
 namespace {
 

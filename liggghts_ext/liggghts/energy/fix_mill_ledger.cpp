@@ -9,12 +9,13 @@
 #include "comm.h"
 #include "error.h"
 #include "force.h"
-#include "liggghts/common/argument_list.h"
-#include "liggghts/common/first_fix.h"
-#include "liggghts/mill/mill_of.h"
 #include "modify.h"
 #include "pair_gran.h"
 #include "update.h"
+
+#include "liggghts/common/argument_list.h"
+#include "liggghts/common/first_fix.h"
+#include "liggghts/mill/mill_of.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

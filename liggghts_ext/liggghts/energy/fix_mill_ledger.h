@@ -1,19 +1,13 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / ledger, FixMillLedger)
-
-#else
-
-#ifndef LMP_FIX_MILL_LEDGER_H
-#define LMP_FIX_MILL_LEDGER_H
+#pragma once
 
 #include <array>
 #include <string>
 #include <vector>
 
+#include "fix.h"
+
 #include "core/energy/contact_sums.h"
 #include "core/energy/energy_budget.h"
-#include "fix.h"
 
 namespace LAMMPS_NS {
 
@@ -79,6 +73,3 @@ class FixMillLedger : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -8,12 +8,13 @@
 #include "comm.h"
 #include "error.h"
 #include "group.h"
+#include "modify.h"
+#include "update.h"
+
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/liner_arguments.h"
 #include "liggghts/wall/same_liner.h"
-#include "modify.h"
-#include "update.h"
 
 using namespace LAMMPS_NS;
 namespace charge = millscale::charge;

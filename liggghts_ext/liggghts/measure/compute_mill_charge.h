@@ -1,11 +1,4 @@
-#ifdef COMPUTE_CLASS
-
-ComputeStyle(mill / charge, ComputeMillCharge)
-
-#else
-
-#ifndef LMP_COMPUTE_MILL_CHARGE_H
-#define LMP_COMPUTE_MILL_CHARGE_H
+#pragma once
 
 #include <mpi.h>
 
@@ -14,6 +7,7 @@ ComputeStyle(mill / charge, ComputeMillCharge)
 #include <string>
 
 #include "compute.h"
+
 #include "core/math/vector.h"
 #include "core/measure/charge_sums.h"
 #include "core/measure/overlap_search.h"
@@ -56,6 +50,3 @@ class ComputeMillCharge : public Compute {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -5,10 +5,11 @@
 #include "atom.h"
 #include "error.h"
 #include "group.h"
-#include "liggghts/measure/fix_mill_detach_track.h"
 #include "memory.h"
 #include "modify.h"
 #include "update.h"
+
+#include "liggghts/measure/fix_mill_detach_track.h"
 
 using namespace LAMMPS_NS;
 namespace detachment = millscale::detachment;

@@ -1,11 +1,4 @@
-#ifdef COMPUTE_CLASS
-
-ComputeStyle(mill / detach, ComputeMillDetach)
-
-#else
-
-#ifndef LMP_COMPUTE_MILL_DETACH_H
-#define LMP_COMPUTE_MILL_DETACH_H
+#pragma once
 
 #include <string>
 #include <vector>
@@ -37,6 +30,3 @@ class ComputeMillDetach : public Compute {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -10,17 +10,18 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "core/liner/liner.h"
 #include "error.h"
 #include "fix_contact_history_mesh.h"
 #include "fix_mesh_surface.h"
+#include "modify.h"
+#include "tri_mesh.h"
+#include "update.h"
+
+#include "core/liner/liner.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/same_liner.h"
-#include "modify.h"
-#include "tri_mesh.h"
-#include "update.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

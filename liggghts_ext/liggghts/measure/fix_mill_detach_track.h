@@ -1,11 +1,4 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / detach / track, FixMillDetachTrack)
-
-#else
-
-#ifndef LMP_FIX_MILL_DETACH_TRACK_H
-#define LMP_FIX_MILL_DETACH_TRACK_H
+#pragma once
 
 #include <string>
 #include <vector>
@@ -68,6 +61,3 @@ class FixMillDetachTrack : public FixPerBallRows {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -6,11 +6,12 @@
 
 #include "comm.h"
 #include "error.h"
+#include "modify.h"
+#include "update.h"
+
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
-#include "modify.h"
-#include "update.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

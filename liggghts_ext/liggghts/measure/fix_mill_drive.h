@@ -1,16 +1,10 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / drive, FixMillDrive)
-
-#else
-
-#ifndef LMP_FIX_MILL_DRIVE_H
-#define LMP_FIX_MILL_DRIVE_H
+#pragma once
 
 #include <string>
 
-#include "core/measure/drive_sums.h"
 #include "fix.h"
+
+#include "core/measure/drive_sums.h"
 
 namespace LAMMPS_NS {
 
@@ -57,6 +51,3 @@ class FixMillDrive : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -9,9 +9,10 @@
 #include "comm.h"
 #include "domain.h"
 #include "error.h"
+#include "modify.h"
+
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
-#include "modify.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

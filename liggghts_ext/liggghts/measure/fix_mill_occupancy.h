@@ -1,18 +1,12 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / occupancy, FixMillOccupancy)
-
-#else
-
-#ifndef LMP_FIX_MILL_OCCUPANCY_H
-#define LMP_FIX_MILL_OCCUPANCY_H
+#pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "core/measure/occupancy_grid.h"
 #include "fix.h"
+
+#include "core/measure/occupancy_grid.h"
 
 namespace LAMMPS_NS {
 
@@ -55,6 +49,3 @@ class FixMillOccupancy : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -11,12 +11,13 @@
 #include "fix_mesh_surface.h"
 #include "force.h"
 #include "group.h"
-#include "liggghts/common/argument_list.h"
-#include "liggghts/common/one_per_ball.h"
 #include "modify.h"
 #include "multi_vector_container.h"
 #include "tri_mesh.h"
 #include "update.h"
+
+#include "liggghts/common/argument_list.h"
+#include "liggghts/common/one_per_ball.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

@@ -1,19 +1,13 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / similarity, FixMillSimilarity)
-
-#else
-
-#ifndef LMP_FIX_MILL_SIMILARITY_H
-#define LMP_FIX_MILL_SIMILARITY_H
+#pragma once
 
 #include <string>
 #include <vector>
 
+#include "fix.h"
+
 #include "core/math/vector.h"
 #include "core/similarity/law.h"
 #include "core/similarity/rotation.h"
-#include "fix.h"
 
 namespace LAMMPS_NS {
 
@@ -87,6 +81,3 @@ class FixMillSimilarity : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

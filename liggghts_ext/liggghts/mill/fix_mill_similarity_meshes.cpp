@@ -8,14 +8,15 @@
 #include <vector>
 
 #include "comm.h"
+#include "error.h"
+#include "fix_mesh_surface.h"
+#include "modify.h"
+#include "tri_mesh.h"
+
 #include "core/mesh/curvature_range.h"
 #include "core/mesh/triangle.h"
 #include "core/mesh/wall_around.h"
-#include "error.h"
-#include "fix_mesh_surface.h"
 #include "liggghts/mill/fix_mill_similarity.h"
-#include "modify.h"
-#include "tri_mesh.h"
 
 using namespace LAMMPS_NS;
 using millscale::Vector;

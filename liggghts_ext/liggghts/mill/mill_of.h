@@ -3,8 +3,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "liggghts/mill/fix_mill_similarity.h"
 #include "modify.h"
+
+#include "liggghts/mill/fix_mill_similarity.h"
 
 namespace LAMMPS_NS {
 

@@ -2,11 +2,12 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "liggghts/common/first_fix.h"
-#include "liggghts/mill/fix_mill_similarity.h"
 #include "modify.h"
 #include "neighbor.h"
 #include "update.h"
+
+#include "liggghts/common/first_fix.h"
+#include "liggghts/mill/fix_mill_similarity.h"
 
 using namespace LAMMPS_NS;
 namespace pairs = millscale::pairs;

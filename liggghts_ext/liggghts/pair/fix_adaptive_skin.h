@@ -1,14 +1,8 @@
-#ifdef FIX_CLASS
+#pragma once
 
-FixStyle(mill / pair_margins, FixPairMargins)
-
-#else
-
-#ifndef LMP_FIX_PAIR_MARGINS_H
-#define LMP_FIX_PAIR_MARGINS_H
+#include "fix.h"
 
 #include "core/neighbor/adaptive_skin.h"
-#include "fix.h"
 
 namespace LAMMPS_NS {
 
@@ -40,6 +34,3 @@ class FixPairMargins : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -1,11 +1,4 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / contact_damping, FixContactDamping)
-
-#else
-
-#ifndef LMP_FIX_CONTACT_DAMPING_H
-#define LMP_FIX_CONTACT_DAMPING_H
+#pragma once
 
 #include "liggghts/common/fix_per_ball_rows.h"
 
@@ -32,6 +25,3 @@ class FixContactDamping : public FixPerBallRows {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -1,17 +1,11 @@
-#ifdef FIX_CLASS
-
-FixStyle(contacthistory, FixPairMemories)
-
-#else
-
-#ifndef LMP_FIX_PAIR_MEMORIES_H
-#define LMP_FIX_PAIR_MEMORIES_H
+#pragma once
 
 #include <vector>
 
-#include "core/neighbor/history_transfer.h"
 #include "fix_contact_history.h"
 #include "neigh_list.h"
+
+#include "core/neighbor/history_transfer.h"
 
 namespace LAMMPS_NS {
 
@@ -60,6 +54,3 @@ class FixPairMemories : public FixContactHistory {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -1,13 +1,13 @@
-#ifndef LMP_PAIR_GRAN_FAST_H
-#define LMP_PAIR_GRAN_FAST_H
+#pragma once
 
 #include <string>
 #include <vector>
 
-#include "core/kernels/kernel.h"
-#include "core/neighbor/pair_list.h"
 #include "granular_pair_style.h"
 #include "pointers.h"
+
+#include "core/kernels/kernel.h"
+#include "core/neighbor/pair_list.h"
 
 namespace LAMMPS_NS {
 
@@ -61,5 +61,3 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
 };
 
 }  // namespace LAMMPS_NS
-
-#endif

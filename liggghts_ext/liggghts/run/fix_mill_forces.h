@@ -1,11 +1,4 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / forces, FixMillForces)
-
-#else
-
-#ifndef LMP_FIX_MILL_FORCES_H
-#define LMP_FIX_MILL_FORCES_H
+#pragma once
 
 #include "liggghts/common/fix_per_ball_rows.h"
 
@@ -30,6 +23,3 @@ class FixMillForces : public FixPerBallRows {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

@@ -9,11 +9,16 @@
 
 #include "atom.h"
 #include "comm.h"
-#include "core/contact/time_step.h"
 #include "domain.h"
 #include "error.h"
 #include "fix_property_global.h"
 #include "force.h"
+#include "modify.h"
+#include "neigh_list.h"
+#include "pair.h"
+#include "update.h"
+
+#include "core/contact/time_step.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/common/end_run.h"
 #include "liggghts/common/first_fix.h"
@@ -21,10 +26,6 @@
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/liner_arguments.h"
 #include "liggghts/wall/same_liner.h"
-#include "modify.h"
-#include "neigh_list.h"
-#include "pair.h"
-#include "update.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

@@ -1,18 +1,12 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / guard, FixMillGuard)
-
-#else
-
-#ifndef LMP_FIX_MILL_GUARD_H
-#define LMP_FIX_MILL_GUARD_H
+#pragma once
 
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "core/measure/guard.h"
 #include "fix.h"
+
+#include "core/measure/guard.h"
 
 namespace LAMMPS_NS {
 
@@ -58,6 +52,3 @@ class FixMillGuard : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

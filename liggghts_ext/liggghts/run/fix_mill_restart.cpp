@@ -13,11 +13,12 @@
 #include "atom_vec.h"
 #include "comm.h"
 #include "error.h"
-#include "liggghts/run/restart_signature.h"
 #include "modify.h"
 #include "output.h"
 #include "timer.h"
 #include "update.h"
+
+#include "liggghts/run/restart_signature.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

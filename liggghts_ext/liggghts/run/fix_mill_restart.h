@@ -1,11 +1,4 @@
-#ifdef FIX_CLASS
-
-FixStyle(mill / restart, FixMillRestart)
-
-#else
-
-#ifndef LMP_FIX_MILL_RESTART_H
-#define LMP_FIX_MILL_RESTART_H
+#pragma once
 
 #include <cstdio>
 #include <string>
@@ -39,6 +32,3 @@ class FixMillRestart : public Fix {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

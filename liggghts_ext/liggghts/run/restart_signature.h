@@ -1,5 +1,4 @@
-#ifndef MILLSCALE_RESTART_SIGNATURE_H
-#define MILLSCALE_RESTART_SIGNATURE_H
+#pragma once
 
 #include <array>
 #include <cstdint>
@@ -44,5 +43,3 @@ inline bool ends_with_chunks(const std::string& file, const std::vector<int>& do
 }
 
 }  // namespace millscale
-
-#endif

@@ -5,10 +5,14 @@
 #include <stdexcept>
 
 #include "atom.h"
-#include "core/liner/groove_box.h"
 #include "domain.h"
 #include "error.h"
 #include "group.h"
+#include "modify.h"
+#include "neighbor.h"
+#include "update.h"
+
+#include "core/liner/groove_box.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/common/contact_laws.h"
 #include "liggghts/common/first_fix.h"
@@ -18,9 +22,6 @@
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/pair/fix_contact_damping.h"
 #include "liggghts/wall/liner_arguments.h"
-#include "modify.h"
-#include "neighbor.h"
-#include "update.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;

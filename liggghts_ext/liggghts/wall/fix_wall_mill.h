@@ -1,11 +1,4 @@
-#ifdef FIX_CLASS
-
-FixStyle(wall / mill, FixWallMill)
-
-#else
-
-#ifndef LMP_FIX_WALL_MILL_H
-#define LMP_FIX_WALL_MILL_H
+#pragma once
 
 #include <memory>
 #include <optional>
@@ -128,6 +121,3 @@ class FixWallMill : public FixPerBallRows {
 };
 
 }  // namespace LAMMPS_NS
-
-#endif
-#endif

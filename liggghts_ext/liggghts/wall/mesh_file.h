@@ -7,9 +7,10 @@
 #include <string>
 
 #include "comm.h"
-#include "core/mesh/stl_check.h"
 #include "error.h"
 #include "lammps.h"
+
+#include "core/mesh/stl_check.h"
 
 namespace LAMMPS_NS {
 

@@ -4,10 +4,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "modify.h"
+
 #include "core/liner/liner.h"
 #include "core/math/format.h"
 #include "liggghts/wall/fix_wall_mill.h"
-#include "modify.h"
 
 namespace LAMMPS_NS {
 
