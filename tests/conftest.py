@@ -16,6 +16,8 @@ import pytest
 
 from contact_table import excess, with_kept, write_contact_docs
 
+pytest_plugins = ["analysis_fixtures", "campaign_fixtures"]
+
 _COMMAND = "python -m pytest tests -m contact --contact-docs docs"
 _ROWS = pytest.StashKey[list]()
 

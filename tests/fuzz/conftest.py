@@ -21,7 +21,7 @@ def tallies(request):
     to = request.config.getoption("--fuzz-results")
     if to is None:
         return
-    from mill_bench.record import provenance
+    from millscale.engine.record import provenance
 
     sums = {
         "inputs_tried": sum(x.inputs_tried for x in found.values()),

@@ -25,36 +25,36 @@ from mutations import (
     documents,
     hostile,
 )
+from trials import NUMBERS, REFUSALS, run
+
+from millscale.analysis.case import analyse_case
+from millscale.analysis.finished_campaign import load_campaign as load_runs
+from millscale.campaign.build import load_campaign
+from millscale.cases.case import Case, cases_of
+from millscale.cases.cost import BUILT_IN, learned
+from millscale.cases.generate import generate
+from millscale.cases.parameters import write_parameters
+from millscale.engine.attempts import Attempt, Attempts, Cost, write_attempts
+from millscale.engine.machine import hardware
+from millscale.mesh import read_stl
+from millscale.runs.digests import keep
+from millscale.runs.dumps import read_dump
+from millscale.runs.layout import stage_of
+from millscale.workflow import stage_record
+from millscale.workflow.failures import diagnose
+from millscale.workflow.jobs import read_jobs, write_jobs
+from millscale.workflow.placement import OPEN, place
+from millscale.workflow.plan import plan_rows
+from millscale.workflow.predicted_times import error_line, record_predictions
+from millscale.workflow.snakemake_run import last_problem
+from millscale.workflow.stage_work import attempt_of, run_of
+from millscale.workflow.stages import run_stage
+from millscale.workflow.status import campaign_status
+from millscale.workflow.verify import verify
 from small_campaign import TEXT
 from synthetic_ball import usual_motion
 from synthetic_case import case_document, finish_case, timing_document, write_case, write_series
 from synthetic_charge import block, write_charge, write_dump
-from trials import NUMBERS, REFUSALS, run
-
-from liner_mesh import read_stl
-from mill_analysis import analyse_case
-from mill_analysis.campaign import load_campaign as load_runs
-from mill_analysis.dumps import read_dump
-from mill_campaign import stage_record
-from mill_campaign.attempts import Attempt, Attempts, Cost, write_attempts
-from mill_campaign.case import Case, cases_of
-from mill_campaign.config_build import load_campaign
-from mill_campaign.cost import BUILT_IN, learned
-from mill_campaign.failures import diagnose
-from mill_campaign.generate import generate
-from mill_campaign.jobs import read_jobs, write_jobs
-from mill_campaign.machine import hardware
-from mill_campaign.parameters import write_parameters
-from mill_campaign.placement import OPEN, place
-from mill_campaign.plan import plan_rows
-from mill_campaign.prediction import error_line, record_predictions
-from mill_campaign.stage_work import attempt_of, run_of
-from mill_campaign.stages import run_stage
-from mill_campaign.status import campaign_status
-from mill_campaign.verify import verify
-from mill_campaign.workflow import last_problem
-from mill_runs.digests import keep
-from mill_runs.layout import stage_of
 
 CAMPAIGNS = sorted((Path(__file__).parents[2] / "campaigns").glob("*.toml"))
 
@@ -93,9 +93,9 @@ def test_campaign_files_of_other_kinds(tallies, number, kind, tmp_path):
 
 
 def stl_files(folder):
-    from liner_mesh import write_stl
-    from mill_campaign.charge import liner_of
-    from mill_campaign.wall_panels import panels_of
+    from millscale.cases.wall_panels import panels_of
+    from millscale.mesh import write_stl
+    from millscale.packing.charge import liner_of
 
     (folder / "small.toml").write_text(TEXT)
     case = cases_of(load_campaign(folder / "small.toml"))[0].document

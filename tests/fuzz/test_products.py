@@ -9,14 +9,14 @@ import pytest
 from attempts import WrongNumberError
 from hypothesis import strategies as st
 from mutations import as_json, damaged, documents, hostile
+from trials import NUMBERS, run
+
+from millscale.analysis.finished_campaign import load_campaign
+from millscale.runs.digests import digest_of, files_of
+from millscale.runs.provenance import read_provenance, write_provenance
 from synthetic_ball import usual_motion
 from synthetic_case import case_document, finish_case, timing_document, write_campaign, write_case
 from synthetic_charge import write_charge
-from trials import NUMBERS, run
-
-from mill_analysis.campaign import load_campaign
-from mill_runs.digests import digest_of, files_of
-from mill_runs.provenance import read_provenance, write_provenance
 
 SCHEME = "constant-gravity"
 

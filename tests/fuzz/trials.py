@@ -7,8 +7,8 @@ import pytest
 from attempts import Tally, attempt
 from hypothesis import HealthCheck, given, settings
 
-from mill_campaign.errors import CampaignError
-from mill_runs.untrusted import RunFolderError
+from millscale.errors import CampaignError
+from millscale.runs.untrusted import RunFolderError
 
 FULL, FEW = 1000, 40
 REFUSALS = (CampaignError, RunFolderError, OSError)

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from liner_mesh import curvature_deg
-from mill_campaign.charge import liner_of, write_charge
-from mill_campaign.decks import copy_decks
-from mill_campaign.generate import generate
-from mill_campaign.parameters import write_parameters
-from mill_campaign.stage_work import Task, mesh
-from mill_campaign.wall_panels import panels_of
+from millscale.cases.decks import copy_decks
+from millscale.cases.generate import generate
+from millscale.cases.parameters import write_parameters
+from millscale.cases.wall_panels import panels_of
+from millscale.mesh import curvature_deg
+from millscale.packing.charge import liner_of, write_charge
+from millscale.workflow.stage_work import Task, mesh
 from scene import run_file
 
 QUICK = Path(__file__).parents[2] / "campaigns" / "quick.toml"

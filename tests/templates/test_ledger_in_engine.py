@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from test_left_out import CHARGE, NOTHING_FORCED, ran
 
-from mill_analysis.ledger import account, impact_spectrum, read_ledger
-from mill_analysis.series import read_series
-from mill_campaign.case import cases_of
-from mill_campaign.config_build import load_campaign
-from mill_validation.ledger import PATHS, turned
+from millscale.analysis.charge.energy_budget import account, impact_spectrum, read_ledger
+from millscale.campaign.build import load_campaign
+from millscale.cases.case import cases_of
+from millscale.runs.series import read_series
+from millscale.validate.energy_budget import PATHS, turned
 
 pytestmark = pytest.mark.engine
 

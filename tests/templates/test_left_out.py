@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from paper_campaign import cases
 
-from mill_campaign.charge import write_charge
-from mill_campaign.config_keys import FORCIBLE
-from mill_campaign.decks import copy_decks
-from mill_campaign.parameters import write_parameters
-from mill_campaign.stage_work import Task, mesh
+from millscale.campaign.keys import FORCIBLE
+from millscale.cases.decks import copy_decks
+from millscale.cases.parameters import write_parameters
+from millscale.packing.charge import write_charge
+from millscale.workflow.stage_work import Task, mesh
+from paper_campaign import cases
 from scene import read_dump, run_file
 
 pytestmark = pytest.mark.engine

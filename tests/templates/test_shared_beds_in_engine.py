@@ -3,12 +3,12 @@
 import shutil
 
 import pytest
-from paper_campaign import cases
 
-from mill_campaign.charge import write_charge
-from mill_campaign.decks import copy_decks
-from mill_campaign.parameters import write_parameters
-from mill_campaign.shared_settling import settling_key
+from millscale.cases.decks import copy_decks
+from millscale.cases.parameters import write_parameters
+from millscale.packing.charge import write_charge
+from millscale.workflow.shared_settling import settling_key
+from paper_campaign import cases
 from scene import run_file
 
 pytestmark = pytest.mark.engine

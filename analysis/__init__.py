@@ -1,0 +1,1 @@
+"""Analysis of runs folders: reads case.json, series.csv, dumps and timing.json, nothing else."""

@@ -1,0 +1,170 @@
+"""result.json of a multi-ball case: means over the steady part of the rotation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from millscale.analysis.charge.steady import (
+    FEWEST_PITCHES,
+    MOST_DRIFT,
+    Window,
+    choose_window,
+    lifter_pitch,
+    standard_error,
+    trend,
+)
+from millscale.runs.series import Series
+
+# Means over the steady part, by their name in result.json.
+_MEANS = (
+    *("kinetic_translation_J", "kinetic_rotation_J", "potential_J"),
+    *("centre_x_m", "centre_z_m"),
+)
+
+
+def charge_scales(case: dict[str, Any], series: Series) -> dict[str, float]:
+    """Mass of the charge M [kg] and what its series are made dimensionless with: energy
+    M (omega R)^2 [J], torque M g R [N m], power M g R omega [W], length R [m].
+
+    M is that of the balls in the series: balls drawn from a spread of sizes have not their mean.
+    """
+    mill, mass = case["mill"], float(series["mass_kg"][0])
+    torque = mass * mill["gravity_m_s2"] * mill["radius_m"]
+    return {
+        "mass": mass,
+        "energy": mass * (mill["omega_rad_s"] * mill["radius_m"]) ** 2,
+        "torque": torque,
+        "power": torque * mill["omega_rad_s"],
+        "length": mill["radius_m"],
+    }
+
+
+def charge_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
+    """Means over the window of `steady.choose_window`, in SI units and over `charge_scales`.
+
+    Torque and power are those of the drive, positive when the charge is lifted: the work done in
+    the window over mill angle and time. `torque_balance` sets them against the charge's weight and
+    angular momentum, `steady` says whether the charge has come to a steady state.
+    """
+    angle, time = series["mill_angle_rad"], series["time_s"]
+    scales = charge_scales(case, series)
+    pitch = lifter_pitch(case["mill"]["lifters"])
+    window = choose_window(angle, [series["centre_x_m"], series["kinetic_translation_J"]], pitch)
+    work, duration = window.change(angle, series["drive_work_J"]), window.change(angle, time)
+    balance = torque_balance(series, scales, window)
+    mean = {name: window.mean(angle, series[name]) for name in _MEANS}
+    mean |= {
+        "drive_torque_Nm": balance["summed_Nm"],
+        "power_W": work / duration,
+        "flying_share": window.mean(angle, series["balls_in_flight"] / series["balls"]),
+    }
+    by_momentum, by_weight = balance["angular_momentum_Nm"], balance["weight_Nm"]
+    alternating = series["alternating_torque_Nm"][(angle > window.begin) & (angle <= window.end)]
+    return {
+        "problem": _problem(case, series),
+        "mean_from_rad": window.begin,
+        "mean_to_rad": window.end,
+        "pitches": window.pitches,
+        "mean": mean,
+        "dimensionless": {
+            "kinetic": mean["kinetic_translation_J"] / scales["energy"],
+            "kinetic_rotation": mean["kinetic_rotation_J"] / scales["energy"],
+            "torque": mean["drive_torque_Nm"] / scales["torque"],
+            "power": mean["power_W"] / scales["power"],
+            "centre_x": mean["centre_x_m"] / scales["length"],
+            "centre_z": mean["centre_z_m"] / scales["length"],
+        },
+        "standard_error": _standard_errors(series, scales, window),
+        "torque_balance": balance,
+        "alternating_torque": float(np.sqrt(np.mean(alternating**2))) / scales["torque"],
+        "steady": _steady(series, window, by_momentum / by_weight if by_weight else None),
+        "largest_overlap_over_radius": _largest_overlap(case, series),
+        "rotation_angle_rad": float(angle[-1]),
+    }
+
+
+def torque_balance(series: Series, scales: dict[str, float], window: Window) -> dict[str, float]:
+    """Mean torque of the drive over a window [N m] by its work, and what the charge's weight and
+    the change of its angular momentum ask for; difference of the two ways over M g R.
+
+    Args:
+        scales: of `charge_scales`.
+    """
+    angle = series["mill_angle_rad"]
+    duration = window.change(angle, series["time_s"])
+    summed = window.change(angle, series["drive_work_J"]) / (window.end - window.begin)
+    by_weight = -scales["torque"] / scales["length"] * window.mean(angle, series["centre_x_m"])
+    by_momentum = window.change(angle, series["angular_momentum_Nms"]) / duration
+    return {
+        "summed_Nm": summed,
+        "weight_Nm": by_weight,
+        "angular_momentum_Nm": by_momentum,
+        "difference": (summed - by_weight - by_momentum) / scales["torque"],
+    }
+
+
+def _standard_errors(
+    series: Series, scales: dict[str, float], window: Window
+) -> dict[str, float | None]:
+    """Of the dimensionless means, from the scatter of the pitches; None without pitches."""
+    if window.pitches < FEWEST_PITCHES:
+        return dict.fromkeys(("kinetic", "torque", "centre_x"))
+    angle = series["mill_angle_rad"]
+    work = np.interp(window.edges, angle, series["drive_work_J"])
+    of_pitches = {
+        "kinetic": window.pitch_means(angle, series["kinetic_translation_J"]) / scales["energy"],
+        "torque": np.diff(work) / np.diff(window.edges) / scales["torque"],
+        "centre_x": window.pitch_means(angle, series["centre_x_m"]) / scales["length"],
+    }
+    return {name: standard_error(values) for name, values in of_pitches.items()}
+
+
+def _steady(series: Series, window: Window, momentum_share: float | None) -> dict[str, Any]:
+    """Whether the charge is steady in the window, and the numbers that say so.
+
+    Args:
+        momentum_share: torque that changes the angular momentum over that against the weight.
+    """
+    angle, centre = series["mill_angle_rad"], series["centre_x_m"]
+    drift = error = None
+    reasons = []
+    if window.pitches < FEWEST_PITCHES:
+        reasons.append(
+            f"the rotation of {angle[-1]:.3g} rad has fewer than {FEWEST_PITCHES} lifter pitches: "
+            "too few to show whether the charge is steady"
+        )
+    else:
+        of_pitches = window.pitch_means(angle, centre)
+        line, mean = trend(of_pitches), abs(float(of_pitches.mean()))
+        if mean > 0.0:
+            drift, error = line.change / mean, line.error / mean
+        # Twice as much may be chance; a scatter that hides more shows no steady state.
+        if drift is not None and abs(drift) > min(max(MOST_DRIFT, 2.0 * error), 2.0 * MOST_DRIFT):
+            reasons.append(f"its centre of mass drifts by {100.0 * drift:+.1f} % in the window")
+    if momentum_share is not None and abs(momentum_share) > MOST_DRIFT:
+        reasons.append(
+            f"its angular momentum changes: {100.0 * momentum_share:+.1f} % of the torque"
+        )
+    return {
+        "is_steady": not reasons,
+        "reasons": reasons,
+        "centre_x_drift": drift,
+        "centre_x_drift_error": error,
+        "angular_momentum_share": momentum_share,
+    }
+
+
+def _largest_overlap(case: dict[str, Any], series: Series) -> float | None:
+    if "largest_overlap_m" not in series:
+        return None
+    return float(series["largest_overlap_m"].max() / case["ball"]["radius_m"])
+
+
+def _problem(case: dict[str, Any], series: Series) -> str | None:
+    count = case["ball"]["count"]
+    fewest, most = series["balls"].min(), series["balls"].max()
+    if fewest == most == count:
+        return None
+    return f"{count} balls planned, {fewest:.0f} to {most:.0f} in the series: lost or added"

@@ -1,0 +1,125 @@
+"""The multi-ball results of several campaigns as one file to commit.
+
+python -m millscale.analysis.paper.results RUNS... --to docs/results/paper-multi-ball.json
+also prints speed against error as a Markdown table.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import shlex
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from millscale.analysis.charge.comparison import compare_charges
+from millscale.analysis.charge.scaled_mills import Charge
+from millscale.analysis.charge.speed_error import markdown, model_rows
+from millscale.analysis.finished_campaign import load_campaign
+from millscale.runs.case_folder import RunFolderError
+from millscale.runs.writing import write_json
+
+
+def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
+    """The finished multi-ball cases of some runs folders, and why others are not among them.
+
+    Raises:
+        RunFolderError: two campaigns of the same name, or no finished multi-ball case.
+    """
+    charges: list[Charge] = []
+    missing: dict[str, str] = {}
+    for folder in runs:
+        campaign = load_campaign(folder)
+        if campaign.name in {charge.campaign for charge in charges}:
+            raise RunFolderError(
+                folder,
+                f"a second campaign named {campaign.name!r}",
+                "give each its own name in [campaign]",
+            )
+        charges += [Charge(campaign.name, case) for case in campaign.charges]
+        missing |= {f"{campaign.name}/{case}": why for case, why in campaign.missing.items()}
+    if not charges:
+        raise RunFolderError(
+            Path(runs[0]), "no finished multi-ball case", "millscale run FILE --runs DIR"
+        )
+    return charges, missing
+
+
+def paper_results(runs: Sequence[Path]) -> dict[str, Any]:
+    """Rows of `compare_charges` over all runs folders; a campaign without the physical mill is
+    compared with that of another."""
+    charges, missing = load_charges(runs)
+    comparison = compare_charges(charges)
+    return {"rows": comparison.rows, "schemes": comparison.schemes, "missing": missing}
+
+
+def origin(runs: Sequence[Path], machine: str, commit: str) -> dict[str, Any]:
+    """Where the numbers come from: command, commit, machine, date.
+
+    Args:
+        machine: a note on the machine, added to what the runs recorded.
+        commit: of the code; empty: that of the working folder.
+    """
+    charges, _ = load_charges(runs)
+    hardware = [charge.timing["hardware"] for charge in charges]
+    known = dict.fromkeys(f"{h['cpu']}, {h['available_cores']} cores" for h in hardware)
+    files = {folder: load_campaign(folder).about.get("file") or "FILE" for folder in runs}
+    ranks = sorted({charge.timing["ranks"] for charge in charges})
+    return {
+        "command": [
+            *(
+                shlex.join(["millscale", "run", Path(file).name, "--runs", str(run)])
+                for run, file in files.items()
+            ),
+            shlex.join(["python", "-m", "millscale.analysis.paper.results", *map(str, runs)]),
+        ],
+        "commit": commit or _commit(),
+        "machine": "; ".join([*known, *([machine] if machine else [])]),
+        "ranks": ranks,
+        "date": datetime.date.today().isoformat(),
+    }
+
+
+def _commit() -> str:
+    """Commit of the working folder, with a + if files differ from it."""
+    try:
+        said = [
+            subprocess.run(
+                ["git", *words], capture_output=True, encoding="utf-8", check=True
+            ).stdout
+            for words in (
+                ["rev-parse", "--short=12", "HEAD"],
+                ["status", "--porcelain", "--untracked-files=no"],
+            )
+        ]
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return said[0].strip() + ("+" if said[1].strip() else "")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Command line; returns the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m millscale.analysis.paper.results",
+        description="Every multi-ball case against the physical mill, as one JSON file.",
+    )
+    parser.add_argument("runs", type=Path, nargs="+", help="runs folders")
+    parser.add_argument("--to", type=Path, required=True, help="file to write")
+    parser.add_argument("--machine", default="", help="a note on the machine, such as its load")
+    parser.add_argument("--commit", default="", help="of the code; default: the working folder's")
+    given = parser.parse_args(arguments)
+    try:
+        content = origin(given.runs, given.machine, given.commit) | paper_results(given.runs)
+        write_json(given.to, content)
+        print(markdown(model_rows(content["rows"])))
+    except (RunFolderError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

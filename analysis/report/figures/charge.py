@@ -1,0 +1,98 @@
+"""Figures of multi-ball cases: time series against mill angle."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from millscale.analysis.charge.result import charge_scales
+from millscale.report.figures.style import STYLE, shades_of_models
+from millscale.runs.case_folder import SERIES, FinishedCase
+from millscale.runs.series import read_series
+
+_PANELS = (
+    ("kinetic energy", "kinetic_translation_J", "energy", "J"),
+    ("potential energy", "potential_J", "energy", "J"),
+    ("drive torque", "drive_torque_Nm", "torque", "N m"),
+    ("drive power", "drive_power_W", "power", "W"),
+    ("centre of mass x", "centre_x_m", "length", "m"),
+    ("centre of mass z", "centre_z_m", "length", "m"),
+)
+_SCALE_NAMES = {"energy": "M ω²R²", "torque": "M g R", "power": "M g R ω", "length": "R"}
+_COLOURS = ("#1f6fb4", "#d1711b", "#2a8c4a", "#8a4fa3", "#b0413e", "#5a6b7b")
+
+
+def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
+    """Energies, torque and power of the drive, centre of mass against mill angle.
+
+    Args:
+        dimensionless: divide by `charge.charge_scales`, so that similar mills coincide.
+    """
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 7.4), layout="constrained")
+        panels = figure.subplots(3, 2, sharex=True)
+        looks = _looks(cases)
+        for case in cases:
+            look = looks[case.id]
+            series = read_series(case.folder / SERIES, "multi-ball")
+            scales = charge_scales(case.case, series)
+            for axes, (_, column, scale, _) in zip(panels.flat, _PANELS, strict=True):
+                values = series[column] / (scales[scale] if dimensionless else 1.0)
+                axes.plot(series["mill_angle_rad"], values, lw=1.0, **look)
+        for axes, (name, _, scale, unit) in zip(panels.flat, _PANELS, strict=True):
+            divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
+            axes.set_ylabel(f"{name} {divisor}")
+        for axes in panels[1]:
+            _ignore_start(axes)
+        for axes in panels[-1]:
+            axes.set_xlabel("mill rotation angle [rad]")
+        handles, labels = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _looks(cases: Sequence[FinishedCase]) -> dict[str, dict[str, Any]]:
+    """Line of each case: colour by S, black at S = 1, dashes at constant speed. Seeds of one model
+    look alike, and the first has its name."""
+    colours = shades_of_models(case.case["S"] for case in cases)
+    looks: dict[str, dict[str, Any]] = {}
+    named: set[str] = set()
+    for case in cases:
+        model = re.sub(r"-seed\d+$", "", case.id)
+        looks[case.id] = {
+            "color": colours[case.case["S"]],
+            "linestyle": "--" if case.case["scheme"] == "constant-speed" else "-",
+            "label": "_" if model in named else model,
+        }
+        named.add(model)
+    return looks
+
+
+def _ignore_start(axes: Axes) -> None:
+    """Fit the axis to the curves without their first tenth: the jolt of the start dwarfs them."""
+    values = [
+        line.get_ydata()[line.get_xdata() >= 0.1 * line.get_xdata()[-1]] for line in axes.lines
+    ]
+    low, high = min(v.min() for v in values), max(v.max() for v in values)
+    margin = 0.08 * (high - low) or 1.0
+    axes.set_ylim(low - margin, high + margin)
+
+
+def charge_states(case: FinishedCase) -> Figure:
+    """Share of the balls on the wall, in the bed and in flight against mill angle."""
+    series = read_series(case.folder / SERIES, "multi-ball")
+    with rc_context(STYLE):
+        figure = Figure(figsize=(5.6, 2.6), layout="constrained")
+        axes = figure.add_subplot()
+        for name, colour in zip(("wall", "bed", "flight"), _COLOURS, strict=False):
+            preposition = "on" if name == "wall" else "in"
+            share = 100.0 * series[f"balls_{preposition}_{name}"] / series["balls"]
+            axes.plot(series["mill_angle_rad"], share, color=colour, label=f"{preposition} {name}")
+        axes.set(xlabel="mill rotation angle [rad]", ylabel="balls [%]", ylim=(0, None))
+        axes.legend(ncols=3)
+    return figure

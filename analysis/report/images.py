@@ -1,0 +1,156 @@
+"""The images of a report: drawn into its folder, with captions."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from millscale.analysis.finished_campaign import Campaign
+from millscale.analysis.single_ball import comparison
+from millscale.report.figures import charge as charge_figures
+from millscale.report.figures import single_ball as figures
+from millscale.report.figures.energy_budget import energy_account
+from millscale.report.picture_process import draw_pictures
+from millscale.runs.case_folder import FinishedCase, RunFolderError
+
+DPI = 170
+FINEST_PICTURES_RAD = 0.5
+MOST_PICTURES = 6
+
+
+@dataclass(frozen=True)
+class Image:
+    """A drawn image of the report."""
+
+    path: Path
+    caption: str
+
+    @property
+    def data(self) -> str:
+        """The file as a data URL, so that the page needs no other file."""
+        return "data:image/png;base64," + base64.b64encode(self.path.read_bytes()).decode()
+
+
+@dataclass(frozen=True)
+class PolicyFigures:
+    """Figs. 6 and 7 of one policy."""
+
+    policy: str
+    trajectories: list[Image]
+    energies: list[Image]
+
+
+@dataclass(frozen=True)
+class ChargeFigures:
+    """Figures of one multi-ball case; `problem` says why there are no pictures."""
+
+    id: str
+    pictures: list[Image]
+    series: list[Image]
+    problem: str
+
+
+def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
+    """Figs. 6 and 7 for each policy, both schemes."""
+    drawn: dict[str, PolicyFigures] = {}
+    for (scheme, policy), tracks in _tracks(campaign):
+        entry = drawn.setdefault(policy, PolicyFigures(policy, [], []))
+        name = f"{scheme}-{policy}"
+        for over, unit in ((False, "in metres"), (True, "over the mill radius R")):
+            entry.trajectories.append(
+                save_image(
+                    figures.trajectories(tracks, over_radius=over),
+                    to / f"fig6-{name}{'-over-R' if over else ''}.png",
+                    f"{words(scheme)}, {unit}",
+                )
+            )
+        for over, unit in ((False, "[J]"), (True, "over the predicted ratio")):
+            entry.energies.append(
+                save_image(
+                    figures.energy_curves(tracks, over_prediction=over),
+                    to / f"fig7-{name}{'-over-prediction' if over else ''}.png",
+                    f"{words(scheme)}, {unit}",
+                )
+            )
+    return [drawn[policy] for policy in comparison.POLICIES if policy in drawn]
+
+
+def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:
+    """Fig. 8 by scheme."""
+    return {
+        scheme: save_image(
+            figures.energy_ratios(scheme, list(rows), campaign.of_paper),
+            to / f"fig8-{scheme}.png",
+            f"{words(scheme)}: energy ratio against its prediction",
+        )
+        for scheme, rows in groupby(campaign.rows, key=lambda row: row["scheme"])
+    }
+
+
+def charge_overview(campaign: Campaign, to: Path) -> Image | None:
+    """All multi-ball cases in one dimensionless figure."""
+    if not campaign.charges:
+        return None
+    figure = charge_figures.charge_series(campaign.charges, dimensionless=True)
+    return save_image(figure, to / "charges.png", "all cases, dimensionless")
+
+
+def charge_images(case: FinishedCase, to: Path) -> ChargeFigures:
+    """Pictures (Figs. 9 and 10) and time series of one multi-ball case."""
+    series = [
+        save_image(
+            charge_figures.charge_series([case], dimensionless=False),
+            to / f"{case.id}-series.png",
+            "energies, torque, power, centre of mass",
+        ),
+        save_image(
+            charge_figures.charge_states(case), to / f"{case.id}-states.png", "where the balls are"
+        ),
+    ]
+    if "ledger" in case.result:
+        series.append(
+            save_image(
+                energy_account(case.result["ledger"]),
+                to / f"{case.id}-ledger.png",
+                "where the work of the mill goes, and the impacts of a revolution",
+            )
+        )
+    try:
+        drawn = draw_pictures(case.folder, _picture_angles(case), to)
+    except RunFolderError as error:
+        return ChargeFigures(case.id, [], series, str(error))
+    pictures = [Image(path, f"{angle:.2f} rad") for path, angle in drawn]
+    return ChargeFigures(case.id, pictures, series, "")
+
+
+def words(scheme: str) -> str:
+    """A scheme's name for a caption."""
+    return scheme.replace("-", " ")
+
+
+def _picture_angles(case: FinishedCase) -> list[float]:
+    """Mill angles 0, 0.5, 1, ... rad, twice as far apart until there are not too many."""
+    end = case.result["rotation_angle_rad"]
+    step = FINEST_PICTURES_RAD
+    while end / step >= MOST_PICTURES:
+        step *= 2.0
+    return [step * i for i in range(MOST_PICTURES) if step * i <= end + 0.1 * step]
+
+
+def _tracks(campaign: Campaign) -> Iterator[tuple[tuple[str, str], list[figures.Track]]]:
+    """Tracks of the models of each scheme and policy."""
+    tracks = [figures.Track(case) for case in campaign.single]
+    yield from comparison.policy_models(
+        tracks, lambda track: comparison.case_key(track.finished)
+    ).items()
+
+
+def save_image(figure: Figure, path: Path, caption: str) -> Image:
+    """Draw a figure into a file of the report."""
+    figure.savefig(path, dpi=DPI)
+    return Image(path, caption)

@@ -1,0 +1,1 @@
+"""Shape of a charge: solid fraction, contour, curtains, mass flow, throw angle."""

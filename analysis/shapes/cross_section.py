@@ -1,0 +1,47 @@
+"""The liner's cross-section as a line to draw."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from millscale import _core
+
+
+def liner_outline(case: dict[str, Any], mill_angle: float) -> np.ndarray:
+    """Closed outline of the liner of a case, turned by the mill angle; (n, 2) float [x, z] in m.
+
+    Args:
+        mill_angle: positive turns the bottom towards -x [rad].
+    """
+    liner = _liner(case)
+    nodes, _ = liner.polygon(1e-3 * liner.radius)
+    return turned(np.vstack([nodes, nodes[:1]]), mill_angle)
+
+
+def groove_box(case: dict[str, Any]) -> np.ndarray | None:
+    """Closed outline of the monitoring box, which holds groove 0 at rest; (5, 2) float [x, z] in m.
+    None for a plain drum."""
+    if not case["mill"]["lifters"]:
+        return None
+    corners = np.asarray(_liner(case).groove_box())
+    return np.vstack([corners, corners[:1]])
+
+
+def turned(points: np.ndarray, mill_angle: float) -> np.ndarray:
+    """Points (n, 2) [x, z] turned with the mill by an angle [rad], about +y."""
+    c, s = np.cos(mill_angle), np.sin(mill_angle)
+    x, z = points.T
+    return np.column_stack([x * c + z * s, z * c - x * s])
+
+
+def _liner(case: dict[str, Any]) -> _core.Liner:
+    mill = case["mill"]
+    widths = ("lifter_top_radius_m", "lifter_top_width_m", "groove_width_m")
+    return _core.Liner(
+        mill["radius_m"],
+        *(mill[width] if mill["lifters"] else 0.0 for width in widths),
+        mill["lifters"],
+        mill["phase_rad"],
+    )

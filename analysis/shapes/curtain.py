@@ -1,0 +1,152 @@
+"""Curtains (Fig. 12): the balls in flight that the same lifter carried last.
+
+Lengths are over R - a. Angles from the vertical are 0 at the top and positive on the rising side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from millscale.analysis.shapes.solid_fraction import Grid, solid_fraction
+
+RESOLUTION = 0.03  # standard deviation of the kernel: a curtain at S = 2.6 has some 100 balls
+SHARE = 0.9  # of the balls that the profile encloses; the rest are strays
+FEWEST_BALLS = 12
+BANDS = 6
+IN_FLIGHT = 3.0
+
+
+@dataclass(frozen=True)
+class Lifters:
+    """Where the lifters are.
+
+    Attributes:
+        count: of the lifters, over 0.
+        phase: of groove 0 from the bottom at rest [rad]; lifter k trails groove k.
+        first: angle from the vertical past which a rising lifter's curtain counts [rad].
+    """
+
+    count: int
+    phase: float
+    first: float
+
+    @property
+    def pitch(self) -> float:
+        """From lifter to lifter [rad]."""
+        return 2.0 * np.pi / self.count
+
+    def angle_from_vertical(self, lifter, mill_angle):
+        """Angle of the middle of a lifter [rad], in [-pi, pi); scalars or arrays."""
+        turned = (lifter - 0.5) * self.pitch + self.phase + mill_angle
+        return np.mod(-turned, 2.0 * np.pi) - np.pi
+
+    def number(self, lifter: int, mill_angle: float) -> int:
+        """Number of a lifter's curtain, 1 to count: 1 belongs to the last lifter that has risen
+        past the angle `first`, 2 to the one before it, and so on in the sense of rotation. The
+        same for all mills of the same lifters, mill angle and `first`."""
+        past = self.first - self.angle_from_vertical(lifter, mill_angle)
+        return int(np.floor(np.mod(past, 2.0 * np.pi) / self.pitch)) + 1
+
+
+@dataclass(frozen=True)
+class Curtain:
+    """One curtain.
+
+    Attributes:
+        lifter, number: as in `Lifters`.
+        centres: (n, 2) float [x, z].
+        region: (m, m) bool [z, x]: grid nodes inside its profile.
+        banded: the same by the second method.
+        width: root mean square distance of the balls from their band's middle, in x.
+    """
+
+    lifter: int
+    number: int
+    centres: np.ndarray
+    region: np.ndarray
+    banded: np.ndarray
+    width: float
+
+    @property
+    def middle(self) -> float:
+        """Median height of its balls: its upper end lies above, its lower end below."""
+        return float(np.median(self.centres[:, 1]))
+
+
+def longest_flight(froude: float) -> float:
+    """Longest flight in mill rotation [rad]: a ball thrown straight up at the speed of the liner
+    from its top, falling to its bottom: t = (V + sqrt(V^2 + 4 g R)) / g with V = omega R, so
+    omega t = Fr (1 + sqrt(1 + 4 / Fr)), Fr = omega^2 R / g. Derived here."""
+    return froude * (1.0 + np.sqrt(1.0 + 4.0 / froude))
+
+
+def may_have_thrown(
+    lifter: np.ndarray, lifters: Lifters, mill_angle: float, longest: float
+) -> np.ndarray:
+    """(n,) bool: lifters that stood above the axis on the rising side no longer ago than a flight
+    lasts. Balls that any other carried last are tumbling in the toe or have not been lifted.
+
+    Args:
+        lifter: (n,) float.
+        mill_angle: now [rad].
+        longest: of `longest_flight` [rad].
+    """
+    past_axis = 0.5 * np.pi - lifters.angle_from_vertical(lifter, mill_angle)
+    return np.mod(past_axis, 2.0 * np.pi) <= 0.5 * np.pi + longest
+
+
+def curtains(
+    centres: np.ndarray, lifter: np.ndarray, lifters: Lifters, mill_angle: float
+) -> list[Curtain]:
+    """The curtains by number; of fewer than FEWEST_BALLS balls there is no profile.
+
+    Args:
+        centres: (n, 2) float [x, z] of balls in flight outside the bed.
+        lifter: (n,) float, the one that carried each last.
+        mill_angle: now [rad].
+    """
+    found = []
+    for which in np.unique(lifter):
+        balls = centres[lifter == which]
+        if len(balls) >= FEWEST_BALLS:
+            found.append(_curtain(int(which), lifters.number(which, mill_angle), balls))
+    return sorted(found, key=lambda curtain: curtain.number)
+
+
+def _curtain(lifter: int, number: int, balls: np.ndarray) -> Curtain:
+    grid = Grid(RESOLUTION)
+    edges, width = band_profile(balls)
+    region, banded = densest_region(balls, grid), grid.inside(edges)
+    return Curtain(lifter, number, balls, region, banded, width)
+
+
+def densest_region(centres: np.ndarray, grid: Grid, share: float = SHARE) -> np.ndarray:
+    """Profile of a curtain: the smallest region that holds a share of its balls, each smeared by
+    the grid's Gaussian kernel. (n, n) bool [z, x]."""
+    density = solid_fraction(centres, np.ones(len(centres)), grid)
+    falling = np.sort(density.ravel())[::-1]
+    last = int(np.searchsorted(np.cumsum(falling), share * falling.sum()))
+    return density >= falling[min(last, falling.size - 1)]
+
+
+def band_profile(centres: np.ndarray, share: float = SHARE) -> tuple[np.ndarray, float]:
+    """The profile another way: BANDS bands of height with equally many balls, and in each the x
+    between which `share` of its balls lie. No kernel and no grid.
+
+    Returns:
+        Closed polygon (2 BANDS + 5, 2) [x, z], and the root mean square distance of the balls
+        from the mean x of their band.
+    """
+    order = np.argsort(centres[:, 1])
+    bands = np.array_split(centres[order], BANDS)
+    tails = (0.5 * (1.0 - share), 0.5 * (1.0 + share))
+    sides = np.array([np.quantile(band[:, 0], tails) for band in bands])
+    heights = [float(np.mean(band[:, 1])) for band in bands]
+    ends = np.quantile(centres[:, 1], tails)
+    heights = [min(ends[0], heights[0]), *heights, max(ends[1], heights[-1])]
+    left, right = np.vstack([sides[:1], sides, sides[-1:]]).T
+    outline = np.column_stack([np.append(left, right[::-1]), np.append(heights, heights[::-1])])
+    squares = sum(float(np.sum((band[:, 0] - band[:, 0].mean()) ** 2)) for band in bands)
+    return np.vstack([outline, outline[:1]]), np.sqrt(squares / (len(centres) - BANDS))

@@ -1,0 +1,148 @@
+"""Contours and curtains of a multi-ball case at given mill angles, from its dumps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from millscale import _core
+from millscale.analysis.shapes.comparison import points_along
+from millscale.analysis.shapes.contour import Contour, first_gaps, surface_contour
+from millscale.analysis.shapes.cross_section import liner_outline
+from millscale.analysis.shapes.curtain import (
+    IN_FLIGHT,
+    Curtain,
+    Lifters,
+    curtains,
+    longest_flight,
+    may_have_thrown,
+)
+from millscale.analysis.shapes.snapshots import Snapshot, snapshots_near
+from millscale.analysis.shapes.solid_fraction import RESOLUTION, Grid, value_at
+from millscale.analysis.shapes.throw_angle import throw_angle
+from millscale.runs.case_folder import FinishedCase, RunFolderError
+from millscale.runs.dumps import Dump
+
+ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
+SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
+KERNEL_OVER_BALL_RADIUS = 1.5  # at least: below, single balls show
+STATE, CARRIER = "c_detach[1]", "c_detach[24]"  # of compute mill/detach: docs/styles.md
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Shape of a charge at one mill angle; lengths over R - a.
+
+    Attributes:
+        mill_angle: of the dump [rad].
+        outline: (n, 2) float, the liner as it stands.
+        cross_check: (n, 2) float, the surface by the second method.
+        curtains: by number; None if the dumps do not say who is in flight.
+        throw_angle: of `throw_angle.throw_angle` [rad]; None where it cannot be told.
+        problem: why there are no curtains.
+    """
+
+    mill_angle: float
+    outline: np.ndarray
+    contour: Contour
+    cross_check: np.ndarray
+    curtains: dict[int, Curtain] | None
+    problem: str
+    throw_angle: float | None = None
+
+    @property
+    def method_distance(self) -> float | None:
+        """Median distance of the second method's surface from the contour."""
+        if not self.contour.lines or not len(self.cross_check):
+            return None
+        tree = cKDTree(points_along(self.contour.lines))
+        return float(np.median(tree.query(self.cross_check)[0]))
+
+
+def unit_length(case: dict[str, Any]) -> float:
+    """R - a [m], of the mean ball."""
+    return case["mill"]["radius_m"] - case["ball"]["radius_m"]
+
+
+def contour_grid(case: dict[str, Any]) -> Grid:
+    """The grid of a case's contours: as fine as RESOLUTION unless its balls are too large."""
+    radius = case["ball"]["radius_m"] / unit_length(case)
+    return Grid(max(RESOLUTION, KERNEL_OVER_BALL_RADIUS * radius))
+
+
+def wanted_angles(end: float) -> list[float]:
+    """Mill angles at which shapes are looked at: every ANGLE_STEP to the end of the rotation."""
+    return [ANGLE_STEP * i for i in range(1, int((end + SAME_ANGLE) / ANGLE_STEP) + 1)]
+
+
+def snapshots_at(case: FinishedCase, mill_angles: Sequence[float]) -> dict[float, Snapshot]:
+    """The dumps of a case by wanted mill angle [rad]; without those at which it has none.
+
+    Raises:
+        RunFolderError: no dumps at all.
+    """
+    if not mill_angles:
+        return {}
+    found = {}
+    for snapshot in snapshots_near(case.folder, mill_angles):
+        wanted = min(mill_angles, key=lambda angle: abs(angle - snapshot.mill_angle))
+        if abs(snapshot.mill_angle - wanted) <= SAME_ANGLE:
+            found[wanted] = snapshot
+    return found
+
+
+def shape_of(dump: Dump, snapshot: Snapshot, case: dict[str, Any]) -> Shape:
+    """Shape of one dump."""
+    unit, mill = unit_length(case), case["mill"]
+    length = mill["simulated_length_m"] / unit
+    places = dump.positions / unit
+    areas = 4.0 / 3.0 * np.pi * (dump["radius"] / unit) ** 3 / length
+    outline = liner_outline(case, snapshot.mill_angle) / unit
+    grid = contour_grid(case)
+    try:
+        contour = surface_contour(places[:, [0, 2]], areas, outline, grid)
+    except ValueError as error:
+        raise RunFolderError(snapshot.path, str(error), "look at it in OVITO") from None
+    ball, tops = case["ball"]["radius_m"] / unit, _innermost(mill) / unit
+    found, problem = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
+    second = first_gaps(places, ball, length, tops)
+    thrown = throw_angle(dump, case)
+    return Shape(snapshot.mill_angle, outline, contour, second, found, problem, thrown)
+
+
+def _innermost(mill: dict[str, Any]) -> float:
+    return mill["lifter_top_radius_m"] if mill["lifters"] else mill["radius_m"]
+
+
+def _curtains(
+    dump: Dump, centres: np.ndarray, contour: Contour, mill_angle: float, case: dict[str, Any]
+) -> tuple[dict[int, Curtain] | None, str]:
+    """Curtains by number, or why there are none."""
+    mill = case["mill"]
+    missing = [name for name in (STATE, CARRIER) if name not in dump.columns]
+    if missing:
+        return None, (
+            f"the dumps have no column {', '.join(missing)}: written before dumps named the "
+            "lifter that carried a ball last; run the case again"
+        )
+    if not mill["lifters"]:
+        return None, "a plain drum has no lifters"
+    lifters, lifter = _lifters(case), dump[CARRIER]
+    flying = (dump[STATE] == IN_FLIGHT) & (lifter >= 0.0)
+    flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill["froude"]))
+    flying &= ~value_at(contour.inside, centres, contour_grid(case))
+    found = curtains(centres[flying], lifter[flying], lifters, mill_angle)
+    return {curtain.number: curtain for curtain in found}, ""
+
+
+def _lifters(case: dict[str, Any]) -> Lifters:
+    """The lifters of a case; curtains count from where Eq. 4 has a ball leave the physical mill,
+    so that no policy's correction of the speed changes a number."""
+    mill, physical = case["mill"], case["physical"]
+    froude = physical["omega_rad_s"] ** 2 * physical["radius_m"] / physical["gravity_m_s2"]
+    first = _core.detach_angle(froude) if froude < 1.0 else 0.0
+    return Lifters(mill["lifters"], mill["phase_rad"], first)

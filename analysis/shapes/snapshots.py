@@ -1,0 +1,71 @@
+"""Which dumps of a multi-ball case to draw, and drawing them in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from millscale.runs.case_folder import SERIES
+from millscale.runs.dumps import Dump, read_dump, required_dumps
+from millscale.runs.series import Series, read_series
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The dump nearest to a mill angle.
+
+    Attributes:
+        mill_angle: at the dump [rad].
+    """
+
+    path: Path
+    mill_angle: float
+
+
+def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]:
+    """The dump nearest to each mill angle [rad], each dump once, in order.
+
+    The angle of a dump follows from its step and the series.
+
+    Raises:
+        RunFolderError: no dumps, or no series.
+    """
+    files = required_dumps(folder)
+    series = read_series(folder / SERIES, "multi-ball")
+    angles = mill_angle_at(np.array(list(files), float), series)
+    paths = list(files.values())
+    nearest = sorted({int(np.argmin(np.abs(angles - angle))) for angle in mill_angles})
+    return [Snapshot(paths[i], float(angles[i])) for i in nearest]
+
+
+def mill_angle_at(steps: np.ndarray, series: Series) -> np.ndarray:
+    """Mill angle [rad] at steps of a multi-ball series, (n,) float.
+
+    The mill turns evenly; before the first row, where the first dump lies, it is extrapolated.
+    """
+    step, angle = series["step"], series["mill_angle_rad"]
+    slope = (angle[-1] - angle[0]) / (step[-1] - step[0])
+    return np.maximum(0.0, angle[0] + slope * (steps - step[0]))
+
+
+def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:
+    """(n,) bool for the balls of `dump`: whether they were at x < 0 in the first dump.
+
+    Raises:
+        ValueError: a ball is not in the first dump.
+    """
+    row = np.searchsorted(first["id"], dump["id"])
+    known = row < len(first)
+    known[known] = first["id"][row[known]] == dump["id"][known]
+    if not known.all():
+        strange = dump["id"][~known][0]
+        raise ValueError(f"ball {strange:.0f} of step {dump.step} is not in step {first.step}")
+    return first["x"][row] < 0.0
+
+
+def first_dump(folder: Path) -> Dump:
+    """The dump before the rotation, whose positions give the balls their colours."""
+    return read_dump(next(iter(required_dumps(folder).values())))

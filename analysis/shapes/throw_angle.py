@@ -1,0 +1,41 @@
+"""Where the balls in flight were thrown: the detach angle of a charge.
+
+A ball in flight touches nothing, so its place and velocity lead back to where its flight began:
+
+    r0 = r - v t + g t^2 / 2,    t the time in flight, g downwards along z
+
+Derived here. Air drag is not modelled. The dump's six digits leave 1e-5 of r and of v t.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from millscale.analysis.shapes.curtain import IN_FLIGHT
+from millscale.runs.dumps import Dump
+
+# Of compute mill/detach: docs/files.md. In flight; time in it [s]; from the outermost layer.
+STATE, FLIGHT_TIME, OUTERMOST = "c_detach[1]", "c_detach[22]", "c_detach[23]"
+FEWEST_BALLS = 12  # as of a curtain
+
+
+def throw_angle(dump: Dump, case: dict[str, Any]) -> float | None:
+    """Mean angle from the vertical at which the balls of the outermost layer that are in flight
+    left, positive on the rising side [rad].
+
+    Only flights that began above the axis are throws: below it, behind the toe, balls that lie
+    against a lifter hop, for a moment each, and a few at -135 degrees would make the mean another.
+    None if fewer than FEWEST_BALLS are in such a flight, or the dump does not tell.
+    """
+    columns = ("vx", "vz", STATE, FLIGHT_TIME, OUTERMOST)
+    if any(name not in dump.columns for name in columns):
+        return None
+    time = dump[FLIGHT_TIME]
+    thrown = (dump[STATE] == IN_FLIGHT) & (time > 0.0) & (dump[OUTERMOST] == 1.0)
+    t, fall = time[thrown], 0.5 * case["mill"]["gravity_m_s2"] * time[thrown] ** 2
+    x = dump["x"][thrown] - dump["vx"][thrown] * t
+    z = dump["z"][thrown] - dump["vz"][thrown] * t - fall
+    above = z > 0.0
+    return float(np.mean(np.arctan2(-x, z)[above])) if above.sum() >= FEWEST_BALLS else None

@@ -1,0 +1,1 @@
+"""Analysis of a single ball: events, flight, energies, comparison with the law."""

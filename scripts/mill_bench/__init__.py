@@ -1,1 +1,0 @@
-"""Timing of the time step: ours against tuned stock LIGGGHTS, on mills in motion."""

@@ -1,1 +1,0 @@
-"""Campaign files, the cases they describe, and the stages that run them."""

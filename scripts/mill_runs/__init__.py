@@ -1,1 +1,0 @@
-"""The file contract of a runs folder, which the campaign and the analysis share."""

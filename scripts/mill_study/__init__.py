@@ -1,1 +1,0 @@
-"""Speed against error over settings of a campaign: `millscale study`."""

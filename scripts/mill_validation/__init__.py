@@ -1,1 +1,0 @@
-"""Hard cases for numerical stability, in the engine, and the map of where they turn unstable."""

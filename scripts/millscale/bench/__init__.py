@@ -1,0 +1,1 @@
+"""Timing of the time step against tuned stock LIGGGHTS and other engines."""

@@ -1,0 +1,138 @@
+"""`millscale bench`: prepares the mill, times the engines, prints and keeps the rows."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from millscale.bench.ball import ball_speedup, mesh_convergence
+from millscale.bench.charge_means import SLICES, WALLS, compared
+from millscale.bench.compare import Plan, interleaved, ratio_of_medians, rows
+from millscale.bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, MIXED, YADE
+from millscale.bench.scenes import SCENES, SIZES, Scene, prepare
+from millscale.bench.size_figure import draw_sizes
+from millscale.engine.record import provenance
+from millscale.errors import CampaignError
+
+WARM_STEPS = 200
+REPEATS = 3
+DRUM_SCENE = "drum"
+WALL, SLICE, SIZE = "wall", "slices", "size"
+
+
+def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
+    """Rows and provenance of one scene.
+
+    Raises:
+        CampaignError: no such scene.
+    """
+    if scene_name == WALL:
+        return _walls(runs, console)
+    if scene_name == SLICE:
+        return {
+            "schema": 1,
+            "slices": compared(SLICES, runs, console),
+            "provenance": provenance(),
+        }
+    if scene_name == SIZE:
+        return _sizes(runs, console)
+    if scene_name not in SCENES:
+        known = ", ".join((*SCENES, WALL, SLICE, SIZE))
+        raise CampaignError("millscale bench", "--scene", f"got {scene_name}", known)
+    scene = SCENES[scene_name]
+    state = prepare(scene, runs, console)
+    variants = (MILLSCALE, MIXED, LIGGGHTS)
+    if scene.name == DRUM_SCENE and not quick:
+        variants += (LAMMPS, YADE)
+    plan = _plan(scene, quick)
+    timed = interleaved(variants, state, plan, runs / "timed", console.print)
+    result = {
+        "schema": 1,
+        "rows": rows(scene.name, variants, state, plan, timed),
+        "provenance": provenance(),
+    }
+    return result
+
+
+def _sizes(runs: Path, console: Console) -> dict:
+    """Cost against the number of balls, on one and on two ranks, and its picture in the folder."""
+    variants = (MILLSCALE, MIXED, LIGGGHTS)
+    table = []
+    for size in SIZES:
+        state = prepare(size, runs, console)
+        for ranks in (1, 2):
+            plan = Plan(ranks, WARM_STEPS, size.steps, size.rounds)
+            timed = interleaved(variants, state, plan, runs / "timed", console.print)
+            table += rows(SIZE, variants, state, plan, timed)
+    picture = runs / "cost-against-size.png"
+    draw_sizes(table, picture)
+    console.print(f"picture: {picture}")
+    return {"schema": 1, "rows": table, "provenance": provenance()}
+
+
+def _walls(runs: Path, console: Console) -> dict:
+    """What the analytic wall saves: a single ball, and the mill at S = 2.6."""
+    scene = SCENES["s2.6"]
+    state = prepare(scene, runs, console)
+    variants = (LIGGGHTS, MILLSCALE, ANALYTIC_WALL_ONLY)
+    plan = _plan(scene, quick=False)
+    mesh, ours, wall_only = timed = interleaved(
+        variants, state, plan, runs / "timed", console.print
+    )
+    return {
+        "schema": 1,
+        "single_ball_speedup": ball_speedup(REPEATS, runs, console),
+        "multi_ball_wall_speedup": {
+            "of": "time outside pair and neighbour list, ns per ball, step and core",
+            **_wall_speedup(ours, mesh),
+            "with_stock_contacts": _wall_speedup(wall_only, mesh),
+        },
+        "mesh_convergence": mesh_convergence(runs, console),
+        "charge_on_both_walls": compared(WALLS, runs, console),
+        "rows": rows(scene.name, variants, state, plan, timed),
+        "provenance": provenance(),
+    }
+
+
+def _plan(scene: Scene, quick: bool) -> Plan:
+    if quick:
+        return Plan(scene.ranks, WARM_STEPS, scene.quick_steps, REPEATS)
+    return Plan(scene.ranks, WARM_STEPS, scene.steps, scene.rounds)
+
+
+def _wall_speedup(analytic, mesh) -> dict:
+    """Time outside pair and neighbour list, mesh over analytic wall, both with the stock pair."""
+    of_mesh = [phases.outside_pair_and_neigh for phases in mesh]
+    of_analytic = [phases.outside_pair_and_neigh for phases in analytic]
+    return {
+        "ratio": ratio_of_medians(of_mesh, of_analytic),
+        "mesh_ns": of_mesh,
+        "analytic_ns": of_analytic,
+    }
+
+
+def table(result: dict) -> Table:
+    """The rows for people."""
+    shown = Table(
+        "engine", "wall", "pair", "balls", "ranks", "ns per ball, step, core", "of stock", "split"
+    )
+    for row in result["rows"]:
+        each = row["ns_per_particle_step_core"]
+        shown.add_row(
+            row["engine"],
+            row["wall"],
+            row["pair"],
+            f"{row['balls']:,}",
+            str(row["ranks"]),
+            f"{each['median']:.0f} ({each['min']:.0f} to {each['max']:.0f})",
+            f"{row['ratio_to_liggghts']:.2f} x",
+            ", ".join(f"{name} {ns:.0f}" for name, ns in row["split_ns"].items()),
+        )
+    return shown
+
+
+def text(result: dict) -> str:
+    return json.dumps(result, indent=1, allow_nan=False)

@@ -1,0 +1,86 @@
+"""Interleaved runs of several engines on one state, and what their medians say."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from millscale.bench.engines import Phases, Variant, time_run
+from millscale.bench.state import State
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How often and how long: `repeats` rounds, in each every engine once."""
+
+    ranks: int
+    warm_steps: int
+    steps: int
+    repeats: int
+
+
+def interleaved(
+    variants: Sequence[Variant],
+    state: State,
+    plan: Plan,
+    folder: Path,
+    tell: Callable[[str], None] = lambda line: None,
+) -> list[list[Phases]]:
+    """Phases of every variant, `plan.repeats` each, in the order of `variants`.
+
+    A busy machine slows all engines of a round alike, so ratios are taken within rounds.
+    """
+    runs: list[list[Phases]] = [[] for _ in variants]
+    for turn in range(plan.repeats):
+        for index, variant in enumerate(variants):
+            phases = time_run(
+                variant, state, plan.ranks, plan.warm_steps, plan.steps, folder / str(index)
+            )
+            runs[index].append(phases)
+            tell(
+                f"round {turn + 1}/{plan.repeats} {variant.engine} ({variant.wall} wall, "
+                f"{variant.pair} pair): {phases.total:.0f} ns per ball, step and core"
+            )
+    return runs
+
+
+def ratio_of_medians(first: Sequence[float], second: Sequence[float]) -> float:
+    """Median over the rounds of first / second."""
+    return statistics.median(a / b for a, b in zip(first, second, strict=True))
+
+
+def rows(
+    scene: str, variants: Sequence[Variant], state: State, plan: Plan, runs: list[list[Phases]]
+) -> list[dict]:
+    """One row for each engine; the ratio is to the variant `liggghts`, > 1 is faster."""
+    stock = next(i for i, variant in enumerate(variants) if variant.engine == "liggghts")
+    reference = [phases.total for phases in runs[stock]]
+    table = []
+    for variant, phases in zip(variants, runs, strict=True):
+        each = [p.total for p in phases]
+        table.append(
+            {
+                "scene": scene,
+                "engine": variant.engine,
+                "wall": variant.wall,
+                "pair": variant.pair,
+                "balls": state.balls,
+                "ranks": plan.ranks,
+                "steps": plan.steps,
+                "ns_per_particle_step_core": {
+                    "median": statistics.median(each),
+                    "min": min(each),
+                    "max": max(each),
+                },
+                "ratio_to_liggghts": ratio_of_medians(reference, each),
+                "split_ns": {
+                    name: statistics.median(asdict(p)[name] for p in phases)
+                    for name in ("pair", "neigh", "comm", "other")
+                    if phases[0].pair is not None
+                },
+                "repeats": each,
+            }
+        )
+    return table

@@ -1,0 +1,154 @@
+"""One timed run of a state in one engine."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from millscale.bench.peers import PEERS, Timed
+from millscale.bench.running import engine_output
+from millscale.bench.state import State
+from millscale.cases.wall_panels import panels_of
+from millscale.engine.deck_run import find_engine, mpirun_line
+from millscale.engine.log import loop_timing
+from millscale.errors import CampaignError
+from millscale.mesh import curvature_deg
+from millscale.packing.charge import liner_of
+from millscale.runs.writing import write_text
+
+DECKS = Path(__file__).parent / "decks"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """An engine and what its deck asks for.
+
+    Attributes:
+        engine: millscale or liggghts.
+        wall: analytic or mesh.
+        pair: fast, mixed (fast in mixed precision) or stock.
+        skin: of the neighbour list [m]; by default the optimum of stock contacts.
+    """
+
+    engine: str
+    wall: str
+    pair: str
+    skin: float = 0.015
+
+
+LAMMPS = Variant("lammps", "analytic", "granular")
+YADE = Variant("yade", "mesh", "mindlin")
+MILLSCALE = Variant("millscale", "analytic", "fast", skin=0.020)
+MIXED = Variant("millscale", "analytic", "mixed", skin=0.020)
+LIGGGHTS = Variant("liggghts", "mesh", "stock")
+ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
+
+
+@dataclass(frozen=True)
+class Phases:
+    """Where the time of a run went, in ns per ball, step and core; None: not told by the engine."""
+
+    total: float
+    pair: float | None
+    neigh: float | None
+    comm: float | None
+    other: float | None
+
+    @property
+    def outside_pair_and_neigh(self) -> float:
+        return self.total - self.pair - self.neigh
+
+
+def engine_of(variant: Variant) -> Path:
+    """The executable; Debian's own for stock LIGGGHTS."""
+    if variant.engine == "millscale":
+        return find_engine()
+    stock = shutil.which("liggghts")
+    if stock is None:
+        raise CampaignError("liggghts", "", "not found on the PATH", "run scripts/setup")
+    return Path(stock)
+
+
+def time_run(
+    variant: Variant, state: State, ranks: int, warm_steps: int, steps: int, folder: Path
+) -> Phases:
+    """Run a state in an engine and read its own account of the time of the last `steps`.
+
+    Raises:
+        RuntimeError: the engine did not come to the end; says why.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    values = _values(variant, state) | {"warm_steps": warm_steps, "steps": steps}
+    if variant.engine in PEERS:
+        timed = PEERS[variant.engine](state, values, ranks, folder)
+        return _phases_of_peer(timed, 1e9 * ranks / (steps * state.balls))
+    for deck in DECKS.glob("*.in"):
+        shutil.copyfile(deck, folder / deck.name)
+    lines = [f"variable {name} string {value}\n" for name, value in values.items()]
+    write_text(folder / "values.in", "".join(lines))
+    line = mpirun_line(engine_of(variant), "bench.in", "log.bench", ranks)
+    text = engine_output(line, folder)
+    return _phases(text[text.rindex("Loop time of") :])
+
+
+def _phases_of_peer(timed: Timed, each: float) -> Phases:
+    """each: ns per ball, step and core in a second."""
+    parts = (timed.pair, timed.neigh, timed.comm)
+    if None in parts:
+        return Phases(timed.total * each, None, None, None, None)
+    return Phases(*(each * t for t in (timed.total, *parts, timed.total - sum(parts))))
+
+
+def _phases(text: str) -> Phases:
+    loop = loop_timing(text)
+    each = loop.loop_time * loop.ranks / loop.particle_steps * 1e9
+    share = loop.share
+    return Phases(
+        each,
+        each * share["pair"],
+        each * share["neigh"],
+        each * share["comm"],
+        each * (share["other"] + share["output"]),
+    )
+
+
+def _values(variant: Variant, state: State) -> dict[str, object]:
+    case = state.case
+    mill, material = case["mill"], case["material"]
+    names = ("restitution", "static_friction", "rolling_friction")
+    return {
+        "state": state.data,
+        "liner_file": state.liner,
+        "wall": variant.wall,
+        "pair": variant.pair,
+        "skin": variant.skin,
+        "time_step": case["time"]["step_s"],
+        "youngs_modulus": material["youngs_modulus_pa"],
+        "poisson_ratio": material["poisson_ratio"],
+        **{f"{n}_{p}": material[f"{n}_{p}"] for n in names for p in ("pp", "pw")},
+        **({"curvature_deg": _curvature(case)} if variant.wall == "mesh" else {}),
+        "turned": mill["phase_rad"] + state.mill_angle,
+        "turned_deg": math.degrees(state.mill_angle),
+        "period": 2.0 * math.pi / mill["omega_rad_s"],
+        "rolling": case["deck"]["rolling_model_pp"],
+        "gravity": mill["gravity_m_s2"],
+        "omega": mill["omega_rad_s"],
+        "mill_radius": mill["radius_m"],
+        "ball_radius": case["ball"]["radius_m"],
+        "lifters": mill["lifters"],
+        "lifter_top_radius": mill["lifter_top_radius_m"],
+        "lifter_top_width": mill["lifter_top_width_m"],
+        "groove_width": mill["groove_width_m"],
+    }
+
+
+def _curvature(case: Mapping[str, Any]) -> float:
+    """`curvature` for the mesh of a case [degrees], also of one whose own wall is analytic."""
+    wall, length = case["wall"], case["mill"]["simulated_length_m"]
+    return curvature_deg(
+        panels_of(liner_of(case), length, wall["chord_error_m"], wall["axial_divisions"])
+    )

@@ -1,0 +1,36 @@
+"""Campaigns and engine runs of the bench, each to its end or to an error that says why not."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from rich.console import Console
+
+from millscale.engine.deck_run import engine_text
+from millscale.engine.machine import CoreWish
+from millscale.errors import CampaignError
+from millscale.workflow.run_command import request, run_campaign
+
+
+def finish_campaign(campaign: Path, folder: Path, only: list[str], console: Console) -> None:
+    """Bring the cases of a campaign to their results; what is there already is not run again.
+
+    Raises:
+        CampaignError: a case failed.
+    """
+    if not run_campaign(request(campaign, folder, only, CoreWish()), console):
+        look = "see " + shlex.join(["millscale", "status", str(folder)])
+        raise CampaignError("millscale bench", campaign.name, "a case failed", look)
+
+
+def engine_output(line: list, folder: Path) -> str:
+    """What an engine printed.
+
+    Raises:
+        RuntimeError: it did not come to the end.
+    """
+    text, cause = engine_text(line, folder)
+    if cause:
+        raise RuntimeError(f"{line[0]} in {folder}: {cause}")
+    return text

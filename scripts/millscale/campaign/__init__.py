@@ -1,0 +1,1 @@
+"""Campaign files: their keys, reading and checking, values in SI."""

@@ -1,0 +1,211 @@
+"""The studies of a campaign: which models, how long, with which charge."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from millscale.campaign.campaign import Charge, Mill, Study
+from millscale.campaign.keys import ADVISED, KINDS
+from millscale.campaign.units import AGREEMENT, resolve
+from millscale.errors import CampaignError
+
+Section = Mapping[str, Any]
+# Mill rotation between dumps where the file says nothing [rad]; curtains repeat every pitch.
+DUMP_ANGLE = 0.5
+# Default settling over sqrt(R / g). A packing of 0.55 becomes a bed of 0.60, so the surface of a
+# bed of depth h falls by h / 12, in 0.4 sqrt(h / g); after three times that the bed of the mill of
+# R = 3.9 m is at rest (docs/campaign.md, "Settling"). h follows R; the law scales both times alike.
+SETTLING = 1.27
+# Default rest of a single ball over sqrt(2 a / g): it falls by a thousandth of its radius.
+REST = 1.57
+
+
+def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> Study:
+    """The study of section `name`; what it leaves out is taken from [scaling].
+
+    Raises:
+        CampaignError: contradictory or missing keys.
+    """
+    section, scaling = sections[name], sections["scaling"]
+    ratios = _ratios(path, name, section, mill) or _ratios(path, "scaling", scaling, mill)
+    if ratios is None:
+        raise CampaignError(path, "scaling.S", "missing", "S or scaled_radius_m, a list of numbers")
+    _check_radii(path, ratios, mill, sections["ball"]["radius_m"])
+    single = name == "single_ball"
+    rotation = _rotation_angle(path, name, section, mill)
+    _check_intervals(path, name, section, rotation)
+    return Study(
+        kind=KINDS[name],
+        ratios=ratios,
+        schemes=section["schemes"] or scaling["schemes"],
+        policies=section["policies"] or scaling["policies"],
+        step=None if section["step_s"] == ADVISED else section["step_s"],
+        wait=_wait(name, section, mill, sections["ball"]["radius_m"]),
+        rotation_angle=rotation,
+        sample_angle=section["sample_angle_rad"],
+        dump_angle=section["dump_angle_rad"] or min(DUMP_ANGLE, rotation),
+        restart_angle=section["restart_angle_rad"],
+        charge=None if single else _charge(path, sections, ratios, mill),
+        ledger=not single and _ledger(path, sections),
+    )
+
+
+def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
+    """Only our own contacts and wall keep account of the energy."""
+    wanted = sections["multi_ball"]["ledger"]
+    for section, key, ours in (("model", "contacts", "fast"), ("wall", "kind", "analytic")):
+        got = sections[section][key]
+        if wanted and got != ours:
+            raise CampaignError(
+                path,
+                "multi_ball.ledger",
+                f'got true with {section}.{key} = "{got}", which keeps no account of energy',
+                f'{section}.{key} = "{ours}", or ledger = false',
+            )
+    return wanted
+
+
+def _ratios(path: Path, name: str, section: Section, mill: Mill) -> tuple[float, ...] | None:
+    """S of the models of a section, from S or the scaled radii; both must agree, S is used."""
+    ratios, radii = section["S"], section["scaled_radius_m"]
+    if radii is None:
+        return ratios
+    key = f"{name}.scaled_radius_m"
+    from_radii = tuple(mill.radius / radius for radius in radii)
+    for ratio, radius in zip(from_radii, radii, strict=True):
+        if ratio < 1.0:
+            raise CampaignError(
+                path,
+                key,
+                f"{radius:g} makes S = {ratio:.4g}",
+                f"<= mill.radius_m = {mill.radius:g}",
+            )
+    if ratios is None:
+        return from_radii
+    if len(ratios) != len(radii):
+        raise CampaignError(
+            path, key, f"{len(radii)} radii, but {len(ratios)} S", "one radius for each S"
+        )
+    for ratio, other, radius in zip(ratios, from_radii, radii, strict=True):
+        if abs(ratio - other) > AGREEMENT * ratio:
+            raise CampaignError(
+                path,
+                key,
+                f"contradicts S: {radius:g} is S = {other:.6g}, S has {ratio:.6g}",
+                f"one of the two, or values that agree within {AGREEMENT:.1%}",
+            )
+    return ratios
+
+
+def _check_radii(path: Path, ratios: tuple[float, ...], mill: Mill, ball_radius: float) -> None:
+    for ratio in ratios:
+        if mill.radius / ratio <= ball_radius:
+            raise CampaignError(
+                path,
+                "scaling.S",
+                f"got {ratio:g}: the scaled mill radius {mill.radius / ratio:.4g} m is not above "
+                f"ball.radius_m = {ball_radius:g}",
+                f"S < {mill.radius / ball_radius:g}",
+            )
+
+
+def _wait(name: str, section: Section, mill: Mill, ball_radius: float) -> float:
+    """Rest of a single ball, or settling of a charge, before the mill turns [s]."""
+    if name == "single_ball":
+        given, default = section["rest_s"], REST * math.sqrt(2.0 * ball_radius / mill.gravity)
+    else:
+        given, default = section["settle_s"], settling_time(mill)
+    return float(f"{default:.2g}") if given is None else given
+
+
+def settling_time(mill: Mill) -> float:
+    """Time in which the charge of a physical mill settles [s]."""
+    return SETTLING * math.sqrt(mill.radius / mill.gravity)
+
+
+def _check_intervals(path: Path, name: str, section: Section, rotation: float) -> None:
+    """Rows of the series, and dumps that were asked for, lie within the rotation."""
+    for key in ("sample_angle_rad", "dump_angle_rad"):
+        if section[key] is not None and section[key] > rotation:
+            raise CampaignError(
+                path,
+                f"{name}.{key}",
+                f"got {section[key]:g}, longer than the rotation of {rotation:g} rad",
+                f"<= {rotation:g}, or a longer rotation",
+            )
+
+
+def _rotation_angle(path: Path, name: str, section: Section, mill: Mill) -> float:
+    forms = {
+        "rotation_angle_rad": lambda value: value,
+        "revolutions": lambda value: value * math.tau,
+        "rotation_s": lambda value: value * mill.omega,
+    }
+    angle = resolve(section, forms, "rad", (path, name))
+    if angle is None:
+        raise CampaignError(
+            path, name, "the mill rotation is missing", "one of " + ", ".join(forms)
+        )
+    return angle
+
+
+def _charge(
+    path: Path, sections: Mapping[str, Section], ratios: tuple[float, ...], mill: Mill
+) -> Charge:
+    section = sections["multi_ball"]
+    counts, filling = section["count"], section["filling"]
+    if (counts is None) == (filling is None):
+        what = "both given" if counts else "missing"
+        raise CampaignError(path, "multi_ball.count", f"and filling {what}", "one of the two")
+    if counts is not None and len(counts) != len(ratios):
+        raise CampaignError(
+            path, "multi_ball.count", f"{len(counts)} counts for {len(ratios)} S", "one for each S"
+        )
+    slice_length, key = _slice_length(path, section, 2.0 * sections["ball"]["radius_m"])
+    shortest = mill.length / max(ratios)
+    # A length typed from the scaled mill is rounded: 385 mm for 384.6 mm.
+    if slice_length is not None and slice_length > shortest * (1.0 + AGREEMENT):
+        raise CampaignError(
+            path,
+            f"multi_ball.{key}",
+            f"makes {slice_length:g} m, longer than the shortest model",
+            f"<= {shortest:.6g} m",
+        )
+    return Charge(
+        counts,
+        filling,
+        section["porosity"],
+        slice_length,
+        section["seeds"],
+        _seeds_from(path, section, ratios),
+    )
+
+
+def _slice_length(path: Path, section: Section, diameter: float) -> tuple[float | None, str]:
+    """Length of the slice [m], None for the whole mill, and the key that gives it."""
+    length, diameters = section["slice_length_m"], section["slice_diameters"]
+    if length is not None and diameters is not None:
+        raise CampaignError(
+            path, "multi_ball.slice_length_m", "and slice_diameters both given", "one of the two"
+        )
+    if diameters is None:
+        return length, "slice_length_m"
+    return diameters * diameter, "slice_diameters"
+
+
+def _seeds_from(path: Path, section: Section, ratios: tuple[float, ...]) -> float:
+    """Smallest S that takes every seed."""
+    given = section["seeds_from_S"]
+    if given is None:
+        return 1.0
+    if len(section["seeds"]) == 1 or given > max(ratios):
+        raise CampaignError(
+            path,
+            "multi_ball.seeds_from_S",
+            f"got {given:g}, with {len(section['seeds'])} seeds and S up to {max(ratios):g}",
+            "several seeds, and at most the largest S",
+        )
+    return given

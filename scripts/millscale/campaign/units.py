@@ -1,0 +1,85 @@
+"""Quantities that people state in several ways, turned into SI and checked against each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from millscale import _core
+from millscale.errors import CampaignError
+
+# Alternatives may differ by their rounding, not by more: 1 rad/s and 9.55 rpm agree to 0.006 %.
+AGREEMENT = 1e-3
+
+# From the most specific unit to the least: no unit may be taken for part of a longer one.
+UNIT_SUFFIXES = (
+    "_kg_m3", "_m_s2", "_rad_s", "_percent", "_rpm", "_rad", "_deg", "_kpa", "_mpa", "_gpa",
+    "_pa", "_hz", "_mm", "_cm", "_um", "_km", "_ms", "_us", "_min", "_kg", "_g", "_m", "_s",
+)  # fmt: skip
+
+
+def split_unit(key: str) -> tuple[str, str]:
+    """Quantity and unit suffix of a key: `radius_mm` is `radius` in `_mm`."""
+    lower = key.lower()
+    for suffix in UNIT_SUFFIXES:
+        if lower.endswith(suffix) and len(key) > len(suffix):
+            return key[: -len(suffix)], suffix
+    return key, ""
+
+
+def speed_forms(
+    radius: float, ball_radius: float, gravity: float
+) -> dict[str, Callable[[float], float]]:
+    """How each key of the mill's speed becomes rad/s.
+
+    The critical speed sqrt(g / (R - a)) is that of a ball's centre, the Froude number
+    omega^2 R / g that of the liner.
+
+    Args:
+        radius: R, mill radius at the liner [m].
+        ball_radius: a [m].
+        gravity: g [m/s^2].
+    """
+    standing = _core.OperatingPoint(radius, ball_radius, gravity, 0.0)
+    critical = _core.critical_speed(standing)
+    return {
+        "speed_rad_s": lambda value: value,
+        "speed_rpm": lambda value: value * math.tau / 60.0,
+        "period_s": lambda value: math.tau / value,
+        "percent_of_critical": lambda value: value / 100.0 * critical,
+        "froude": lambda value: math.sqrt(value * gravity / radius),
+    }
+
+
+def resolve(
+    values: Mapping[str, float | None],
+    forms: Mapping[str, Callable[[float], float]],
+    unit: str,
+    where: tuple[object, str],
+) -> float | None:
+    """The quantity in SI from whichever of its alternative keys are given; None if none is.
+
+    Args:
+        values: key -> value as written, None if absent.
+        forms: key -> conversion to SI. The first given, in this order, is the value used.
+        unit: the SI unit, for the message.
+        where: campaign file and section, for the message.
+
+    Raises:
+        CampaignError: two alternatives disagree by more than `AGREEMENT`.
+    """
+    given = {key: form(values[key]) for key, form in forms.items() if values[key] is not None}
+    if not given:
+        return None
+    first, value = next(iter(given.items()))
+    for key, other in given.items():
+        if abs(other - value) > AGREEMENT * abs(value):
+            file, section = where
+            raise CampaignError(
+                file,
+                f"{section}.{key}",
+                f"contradicts {first}: {values[key]:g} is {other:.6g} {unit}, "
+                f"{first} = {values[first]:g} is {value:.6g} {unit}",
+                f"one of the two, or values that agree within {AGREEMENT:.1%}",
+            )
+    return value

@@ -1,0 +1,157 @@
+"""How long a case will take: ghost balls counted, rates measured here or taken from runs that were.
+
+A rank that owns a slab of the charge also works on the balls of its neighbours that reach into it:
+    time of a step = c(N) N / ranks (1 + GHOST_SHARE * 2 reach / slab),  reach = 2 a + skin,
+c being the time of a ball and step in a slab without ends, N the balls, slab = length / ranks.
+Derived here; a charge on one rank has the same ends, as it is periodic along the axis.
+Large charges do not fit the cache, and their balls fall further and faster: c(N) = c where
+N <= IN_CACHE, else c (1 + growth ln(N / IN_CACHE)), fitted to `millscale bench --scene size`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from millscale.runs.case_check import check_case, read_case
+from millscale.runs.untrusted import read_object
+
+Document = Mapping[str, Any]
+
+# Time of a ball and step without ghost balls [s], one core of an AMD EPYC (family 25 model 1), by
+# contacts and wall, 13,370 balls: 177 ns of our contacts (docs/results/cost-against-size.json) over
+# the 1.26 of that scene's ghost balls, 443 and 568 of stock ones on the analytic wall and a mesh
+# (liner-wall.json) over 1.24; our contacts on a mesh: 92 ns more, its table "The wall".
+BALL_STEP = {
+    ("fast", "analytic"): 142e-9,
+    ("default", "analytic"): 357e-9,
+    ("default", "mesh"): 458e-9,
+    ("fast", "mesh"): 216e-9,
+}
+IN_CACHE = 13_370
+GROWTH = {"fast": 0.35, "default": 0.17}
+# The same with an account of the energy over that without: the mill of S = 2.6, a radian in 50 s
+# where a rotation of 8 took 126 s. Settling keeps none and is predicted too long.
+LEDGER = 3.2
+# Work on a ghost ball over that on an own one: at 2.3 ball diameters a slab a step takes 1.6 times
+# as long per ball as at 9.6 (quick.toml on two ranks, the scene above on one).
+GHOST_SHARE = 0.85
+# A single ball: time of a step on the analytic wall, with a sample every 0.005 rad (1.0 to 1.7 us
+# in quick.toml); on a mesh, where the engine turns every triangle at every step.
+ANALYTIC_STEP = 1.5e-6
+MESH_STEP, TRIANGLE_STEP = 24e-6, 0.38e-6
+# mpirun's start and end, which is what a short run takes [s].
+START = 0.45
+# Slabs thinner than this, in mean ball diameters, hold more ghost balls than balls of their own.
+THINNEST_SLAB = 2.0
+# Memory of a rank without balls, and of a ball with its lists and contacts [MB], twice what 231,461
+# balls take on one rank (306 MB); the stages in Python, above all the analysis of a charge [MB].
+RANK_MB, BALL_MB, STAGES_MB = 100.0, 0.003, 500.0
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Measured over predicted time, by `path_of` a case; 1 where nothing was measured."""
+
+    corrections: Mapping[str, float] = field(default_factory=dict)
+
+    def correction(self, case: Document) -> float:
+        return self.corrections.get(path_of(case), 1.0)
+
+
+BUILT_IN = Rates()
+
+
+def path_of(case: Document) -> str:
+    """What decides the rate of a case: kind, wall, and who evaluates contacts of balls."""
+    surface = f" {case['deck']['surface']}" if case["kind"] == "multi-ball" else ""
+    mixed = " mixed" if surface and case["deck"].get("precision") == "mixed" else ""
+    ledger = " ledger" if _keeps_ledger(case) else ""
+    return f"{case['kind']} {case['wall']['kind']}{surface}{mixed}{ledger}"
+
+
+def _keeps_ledger(case: Document) -> bool:
+    return case["kind"] == "multi-ball" and case["deck"].get("ledger") == "on"
+
+
+def most_ranks(case: Document) -> int:
+    """Ranks a case can be cut into along the axis: slabs of two ball diameters at least."""
+    if case["kind"] == "single-ball":
+        return 1
+    thinnest = 2.0 * THINNEST_SLAB * case["ball"]["radius_m"]
+    return max(1, math.floor(case["mill"]["simulated_length_m"] / thinnest))
+
+
+def ghost_factor(case: Document, ranks: int) -> float:
+    """Work of a step over that without ghost balls, derived in the module's docstring."""
+    reach = 2.0 * case["ball"]["radius_m"] + case["domain"]["skin_m"]
+    return 1.0 + GHOST_SHARE * 2.0 * reach * ranks / case["mill"]["simulated_length_m"]
+
+
+def step_time(case: Document, ranks: int) -> float:
+    """Wall time of one step of the whole case on free cores [s], before any correction."""
+    wall = case["wall"]
+    if case["kind"] == "single-ball":
+        if wall["kind"] == "analytic":
+            return ANALYTIC_STEP
+        return MESH_STEP + TRIANGLE_STEP * wall["triangles"]
+    ball_step = BALL_STEP[case["deck"]["surface"], wall["kind"]]
+    ball_step *= LEDGER if _keeps_ledger(case) else 1.0
+    beyond = max(1.0, case["ball"]["count"] / IN_CACHE)
+    ball_step *= 1.0 + GROWTH[case["deck"]["surface"]] * math.log(beyond)
+    return ball_step * case["ball"]["count"] * ghost_factor(case, ranks) / ranks
+
+
+def run_time(case: Document, steps: int, ranks: int, rates: Rates = BUILT_IN) -> float:
+    """Wall time of one run of the engine on free cores [s]."""
+    return START + steps * step_time(case, ranks) * rates.correction(case)
+
+
+def wall_time(case: Document, ranks: int, rates: Rates = BUILT_IN) -> float:
+    """Wall time of a case on free cores, settling included [s].
+
+    Args:
+        case: content of case.json; `predicted` may be missing.
+        ranks: MPI ranks, one core each; a single ball runs on one.
+    """
+    settle = case["time"]["settle_steps"]
+    settling = run_time(case, settle, ranks, rates) if settle else 0.0
+    return settling + run_time(case, case["time"]["steps"], ranks, rates)
+
+
+def memory_mb(case: Document, ranks: int) -> int:
+    """Memory a case needs [MB]: of the engine, or of the analysis where that is more."""
+    balls = case["ball"]["count"] * ghost_factor(case, ranks)
+    return math.ceil(STAGES_MB + RANK_MB * ranks + BALL_MB * balls)
+
+
+def learned(folders: Iterable[Path], cpu: str) -> Rates:
+    """Rates of the runs that lie in these case folders and were made on such a processor.
+
+    What cannot be read counts for nothing: a prediction must not stop a run.
+    """
+    ratios: dict[str, list[float]] = {}
+    for folder in folders:
+        try:
+            timing = read_object(folder / "timing.json", "")
+            if timing["hardware"]["cpu"] == cpu:
+                case = read_case(folder / "case.json")
+                check_case(folder / "case.json", case)
+                path, ratio = path_of(case), _ratio(case, timing)
+                ratios.setdefault(path, []).append(ratio)
+        except (ValueError, KeyError, TypeError, ArithmeticError):
+            continue
+    return Rates({path: median(some) for path, some in ratios.items()})
+
+
+def _ratio(case: Document, timing: Document) -> float:
+    """Measured over predicted time of a particle-step."""
+    ranks, rate = float(timing["ranks"]), float(timing["particle_steps_per_s_core"])
+    ratio = case["ball"]["count"] / (step_time(case, ranks) * ranks * rate)
+    if not 0.0 < ratio < math.inf:
+        raise ValueError(f"no rate: {ratio}")
+    return ratio

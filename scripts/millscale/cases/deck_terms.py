@@ -1,0 +1,126 @@
+"""What of the decks a scene needs: decided here alone, for a stated reason, term by term.
+
+The switches go through case.json into parameters.in; the plan and case.json say the same in words.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from millscale.campaign.campaign import Campaign, Study
+from millscale.campaign.keys import DAMPINGS, SURFACES
+from millscale.cases.law import Model
+
+BETWEEN = {"pp": "between balls", "pw": "of ball and wall"}
+
+
+@dataclass(frozen=True)
+class Term:
+    """A part of the decks that some scenes do without.
+
+    Attributes:
+        name: word of config_keys.FORCIBLE; every term of a name is forced together.
+        what: the term in words.
+        inside: whether the deck has it.
+        reason: why it is in, or why it is out.
+        switch: variable of the decks.
+        values: of the variable, out and in.
+    """
+
+    name: str
+    what: str
+    inside: bool
+    reason: str
+    switch: str
+    values: tuple[str, str]
+
+
+def terms_of(campaign: Campaign, model: Model) -> list[Term]:
+    """The terms of a model's decks that depend on the scene."""
+    single = model.study.kind == "single-ball"
+    pair = Term(
+        "pair",
+        "contacts between balls: pair style, neighbour list, ghost balls",
+        not single,
+        "a single ball has no other to touch" if single else "balls touch each other",
+        "pair",
+        ("none", "gran"),
+    )
+    dumps = Term(
+        "dumps",
+        "dumps of all balls",
+        not single,
+        "series.csv holds the whole path" if single else "for the report's pictures and contours",
+        "dumps",
+        ("off", "on"),
+    )
+    friction = [
+        *(_rolling(campaign, of) for of in BETWEEN),
+        *(_history(campaign, of) for of in BETWEEN),
+    ]
+    return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
+
+
+def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> dict[str, str]:
+    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how.
+
+    Keys that a case does not need are left out, so that cases made before they existed keep their
+    digest.
+    """
+    damping = DAMPINGS[campaign.damping]
+    # A ball that is alone takes a step that the dashpot of its one contact allows as it is.
+    wall = damping if campaign.wall.kind == "analytic" else DAMPINGS["plain"]
+    switches = {term.switch: term.values[term.inside] for term in terms}
+    return switches | {
+        "surface": SURFACES[campaign.contacts],
+        "tangential_damping": damping,
+        **({"wall_damping": wall} if study.kind == "multi-ball" else {}),
+        **({"precision": campaign.precision} if campaign.precision != "double" else {}),
+        **({"ledger": "on"} if study.ledger else {}),
+    }
+
+
+def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:
+    """`in` and `out`: lists of {what, reason}. What goes for balls that do not meet is not said."""
+    alone = not next(term.inside for term in terms if term.name == "pair")
+    said = [term for term in terms if not (alone and term.switch.endswith("_pp"))]
+    return {
+        side: [{"what": t.what, "reason": t.reason} for t in said if t.inside == (side == "in")]
+        for side in ("in", "out")
+    }
+
+
+def _rolling(campaign: Campaign, pair: str) -> Term:
+    coefficient = getattr(campaign.material, f"rolling_friction_{pair}")
+    return Term(
+        "rolling",
+        f"rolling friction {BETWEEN[pair]}, a directional constant torque (cdt)",
+        coefficient > 0.0,
+        f"rolling_friction_{pair} is {coefficient:g}",
+        f"rolling_model_{pair}",
+        ("off", "cdt"),
+    )
+
+
+def _history(campaign: Campaign, pair: str) -> Term:
+    """Both tangential models are among the engine's precompiled combinations, with cdt and off."""
+    coefficient = getattr(campaign.material, f"static_friction_{pair}")
+    needed, reason = coefficient > 0.0, "no slip until mu F_n; sets lift and detachment"
+    if not needed:
+        reason = f"static_friction_{pair} is 0: no tangential force to remember"
+        if pair == "pw" and campaign.wall.kind == "analytic":
+            needed, reason = True, f"{reason}; fix wall/mill keeps its memory, which adds no force"
+    return Term(
+        "history",
+        f"tangential spring {BETWEEN[pair]} with memory, up to Coulomb's limit",
+        needed,
+        reason,
+        f"tangential_model_{pair}",
+        ("no_history", "history"),
+    )
+
+
+def _forced(term: Term, force: tuple[str, ...]) -> Term:
+    if term.inside or term.name not in force:
+        return term
+    return replace(term, inside=True, reason=f"asked for in [model] force, though {term.reason}")

@@ -1,0 +1,183 @@
+"""What the engine would refuse, or could not run as meant, found before anything is written."""
+
+from __future__ import annotations
+
+import math
+
+from millscale import _core
+from millscale.campaign.campaign import Campaign
+from millscale.campaign.parts import settling_time
+from millscale.cases.law import Model, scaled_liner
+from millscale.cases.time_step import Limits
+from millscale.errors import CampaignError
+from millscale.packing.bed import LARGEST_OVERLAP
+
+# Mean overlap of the bed at rest over the ball radius. The largest is five to six times the mean
+# (docs/theory.md), so at a twentieth some balls are no Hertz contacts any more (`LARGEST_OVERLAP`).
+SOFT = 0.05
+# Thinner slices [ball diameters] are warned of: at 2 energy and centre of mass are off by 3 %, at 4
+# by less than half a percent (docs/results/slice-length.json).
+THIN_SLICE = 4.0
+# Mill rotation after which a charge has come to a steady state [rad]: the centre of mass of the
+# paper's charge overshoots and swings until 6.5 to 7 rad (docs/theory.md).
+START_UP = 7.0
+# The least rotation whose means are of a steady charge [rad]: 8 are too few, 12 are enough there.
+LEAST_ROTATION = 10.5
+
+
+def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
+    """Warnings about a model, in words.
+
+    Raises:
+        CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall.
+    """
+    grooves = _grooves(campaign, model)
+    if model.study.kind == "multi-ball":
+        _check_settling(campaign, model)
+    return [
+        *grooves,
+        *_softness(campaign, model, limits),
+        *_thin(campaign, model),
+        *_short(model),
+    ]
+
+
+def narrowest_groove(liner: _core.Liner) -> float:
+    """Width of a groove where it is narrowest, at its foot or between the lifter tops [m].
+
+    The mouth is 2 (r sin(p / 2) - D1 / 2 cos(p / 2)) wide, p being the pitch: the top corners lie
+    at r along and D1 / 2 beside the centre line of their lifter.
+    """
+    half_pitch = 0.5 * liner.pitch
+    mouth = 2.0 * liner.lifter_top_radius * math.sin(half_pitch)
+    mouth -= liner.lifter_top_width * math.cos(half_pitch)
+    return min(liner.groove_width, mouth)
+
+
+def _grooves(campaign: Campaign, model: Model) -> list[str]:
+    """`fix wall/mill` finds at most three contacts of a ball, those of one groove; on a mesh a ball
+    that is too wide for it lies on two lifters."""
+    liner = model.liner
+    if liner.lifters == 0:
+        return []
+    diameter = 2.0 * _largest_radius(campaign, model)
+    width = narrowest_groove(liner)
+    if diameter < width:
+        return []
+    if campaign.wall.kind == "mesh":
+        return [
+            f"balls of {diameter:g} m are too wide for the grooves, {width:.4g} m, at S = "
+            f"{model.S:g}: they lie on the lifters"
+        ]
+    most = _largest_scale(campaign, model, diameter)
+    raise CampaignError(
+        campaign.file,
+        "scaling.S",
+        f"got {model.S:g}, policy {model.policy}: balls of {diameter:g} m do not fit the grooves, "
+        f"{width:.4g} m wide where they are narrowest",
+        f"S <= {most:g}, or smaller balls" if most else "smaller balls or wider grooves",
+    )
+
+
+def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
+    """Largest S, rounded down to three decimals, at which balls fit the grooves; 0 if none does."""
+
+    def fits(S: float) -> bool:
+        try:
+            return diameter < narrowest_groove(scaled_liner(campaign, model.policy, S))
+        except ValueError:
+            return False
+
+    low, high = 1.0, model.S
+    if not fits(low):
+        return 0.0
+    while high - low > 1e-6 * low:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return max(1.0, math.floor(1e3 * low) / 1e3)
+
+
+def _softness(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
+    """Overlaps at rest and in the fastest impact, over the ball radius."""
+    radius = campaign.ball.radius
+    at_rest = limits.overlap / radius
+    stiffer = _rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
+    said = f"at rest balls overlap by {at_rest:.3g} of their radius on average, at S = {model.S:g}"
+    if at_rest > LARGEST_OVERLAP:
+        raise CampaignError(
+            campaign.file,
+            "material.youngs_modulus_pa",
+            f"got {campaign.material.youngs_modulus:.4g}: {said}: 1.06 (rho g R / E)^(2/3)",
+            f">= {stiffer:g}, which makes it {SOFT}",
+        )
+    if at_rest > SOFT:
+        return [
+            f"{said}, the deepest by five times as much: too soft for Hertz contacts; a "
+            f"youngs_modulus_pa of {stiffer:g} makes it {SOFT}"
+        ]
+    # Duration of a Hertz impact is 2.94 times its overlap over its speed.
+    impact = limits.collision * limits.impact_speed / 2.94 / radius
+    if impact > LARGEST_OVERLAP:
+        return [
+            f"impacts at {limits.impact_speed:.3g} m/s overlap by {impact:.2g} of the ball radius: "
+            f"too soft for Hertz contacts above {LARGEST_OVERLAP}"
+        ]
+    return []
+
+
+def _check_settling(campaign: Campaign, model: Model) -> None:
+    """In the time of settling a ball must fall by its own radius at least."""
+    radius, gravity = campaign.ball.radius, model.scaled.mill.gravity
+    to_model = model.scaled.base.time
+    time = model.study.wait * to_model
+    fall = 0.5 * gravity * time**2
+    if fall >= radius:
+        return
+    least = math.sqrt(2.0 * radius / gravity) / to_model
+    usual = max(least, settling_time(campaign.mill))
+    raise CampaignError(
+        campaign.file,
+        "multi_ball.settle_s",
+        f"got {model.study.wait:g}: at S = {model.S:g} a ball falls by {fall:.3g} m meanwhile, "
+        f"{fall / radius:.2g} of its radius, so that the bed hangs in the air",
+        f">= {_rounded_up(least):g}; usual is {usual:.2g}",
+    )
+
+
+def _thin(campaign: Campaign, model: Model) -> list[str]:
+    if model.study.kind == "single-ball":
+        return []
+    diameters = model.simulated_length / (2.0 * campaign.ball.radius)
+    # A slice given in diameters is rounded.
+    if diameters >= THIN_SLICE * (1.0 - 1e-9):
+        return []
+    return [
+        f"{diameters:.3g} ball diameters along the axis: energy and surface are off by 3 % at 2, "
+        f"by half a percent at {THIN_SLICE:g}"
+    ]
+
+
+def _short(model: Model) -> list[str]:
+    if model.study.kind == "single-ball":
+        return []
+    if model.study.rotation_angle >= LEAST_ROTATION:
+        return []
+    return [
+        f"rotation of {model.study.rotation_angle:.3g} rad: a charge is not steady before some "
+        f"{START_UP:g} rad; for means of the steady state give rotation_angle_rad = "
+        f"{math.ceil(LEAST_ROTATION):g} or more"
+    ]
+
+
+def _rounded_up(value: float) -> float:
+    """A positive number to two digits, not below it."""
+    power = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / power - 1e-9) * power
+
+
+def _largest_radius(campaign: Campaign, model: Model) -> float:
+    """Of the balls of a model [m]."""
+    ball = campaign.ball
+    return ball.radius + (
+        0.0 if model.study.kind == "single-ball" else ball.radius_std * ball.truncation
+    )

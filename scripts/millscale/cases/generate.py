@@ -1,0 +1,176 @@
+"""Writes a campaign's resolved cases; the stages read nothing but these."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shlex
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from millscale.campaign.build import load_campaign
+from millscale.campaign.campaign import Campaign
+from millscale.cases.case import SCHEMA, Case, cases_of
+from millscale.engine.provenance import installed_version
+from millscale.errors import CampaignError
+from millscale.runs.case_check import CASE_ID
+from millscale.runs.case_digest import case_digest
+from millscale.runs.digests import digest_of
+from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
+from millscale.runs.untrusted import MOST_JSON, RunFolderError, read_object, read_text
+from millscale.runs.writing import write_text
+from millscale.terminal import one_line
+
+# The campaign file as it was when the cases were written.
+CAMPAIGN_COPY = "campaign.toml"
+
+
+def generate(
+    campaign_file: str | Path, runs: str | Path, only: Collection[str] | None = None
+) -> list[Case]:
+    """Resolve a campaign; write campaign.json, a copy of the file and a case.json for each case.
+
+    A case.json is touched only if something that decides the case has changed. Folders of cases
+    that left the campaign stay. Nothing is written if the campaign is not accepted.
+
+    Args:
+        only: ids of the cases whose case.json may be replaced; one that is not there yet is written
+            all the same. None: every case.
+
+    Returns:
+        The cases, in the order of the campaign.
+
+    Raises:
+        CampaignError: the campaign is not accepted, or the folder is another campaign's.
+    """
+    campaign = load_campaign(campaign_file)
+    cases = cases_of(campaign)
+    runs = Path(runs)
+    check_owner(campaign, cases, runs)
+    for case in cases:
+        folder = runs / CASES_FOLDER / case.id
+        folder.mkdir(parents=True, exist_ok=True)
+        found = _digest_of(folder / CASE_FILE)
+        chosen = only is None or case.id in only or found is None
+        if chosen and found != case["digest"]:
+            write_text(folder / CASE_FILE, case.text())
+    _write_if_new(runs / CAMPAIGN_COPY, Path(campaign_file).read_text(encoding="utf-8"))
+    _write_if_new(runs / CAMPAIGN_FILE, json.dumps(_summary(campaign, cases), indent=2) + "\n")
+    return cases
+
+
+def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:
+    """Refuse a runs folder of another campaign, or one whose campaign file was edited in it.
+
+    A campaign is known by its name and its physical mill: everything else may be changed.
+
+    Raises:
+        CampaignError: says what differs and what to do.
+    """
+    owner = _owner(cases, runs)
+    if owner is None:
+        return
+    other = "another folder after --runs: a runs folder belongs to one campaign"
+    if owner["name"] != campaign.name:
+        cause = f'belongs to campaign "{owner["name"]}", {campaign.file} is "{campaign.name}"'
+        raise CampaignError(runs, "", cause, other)
+    physical = json.loads(json.dumps(cases[0]["physical"]))
+    for key, value in physical.items():
+        if (found := owner["physical"].get(key, value)) != value:
+            cause = f"belongs to another physical mill: its {key} is {found!r:.60}, not {value!r}"
+            raise CampaignError(runs, "", cause, other)
+    copy = runs / CAMPAIGN_COPY
+    # A link is refused by the lock.
+    if owner["copy"] and copy.is_file() and not copy.is_symlink():
+        text = campaign.file.read_text(encoding="utf-8")
+        if digest_of(copy) not in (owner["copy"], _sha256(text)):
+            where = shlex.quote(str(copy))
+            remedy = f"mv {where} mine.toml and run that, or rm {where} to give up the changes"
+            raise CampaignError(copy, "", "changed by hand, and would be overwritten", remedy)
+
+
+def _owner(cases: list[Case], runs: Path) -> dict[str, Any] | None:
+    """Name, physical mill and digest of the campaign file that a runs folder was made for; of a
+    folder without campaign.json, those of its first case. None for a new folder."""
+    if (runs / CAMPAIGN_FILE).exists():
+        summary = read_summary(runs)
+        physical = summary.get("physical")
+        if isinstance(physical, Mapping):
+            return {"name": summary["name"], "physical": physical, "copy": summary.get("copy")}
+    folders = (runs / CASES_FOLDER / case.id for case in cases)
+    for document in filter(None, (_document(folder / CASE_FILE) for folder in folders)):
+        physical = document.get("physical")
+        if isinstance(physical, Mapping) and isinstance(document.get("campaign"), str):
+            return {"name": document["campaign"], "physical": physical, "copy": None}
+    return None
+
+
+def read_summary(runs: Path) -> dict[str, Any]:
+    """Content of the campaign.json of a runs folder: a name, and ids that are plain names.
+
+    Raises:
+        CampaignError: the folder holds no generated campaign.
+    """
+    accepted = "a folder made by `millscale generate` or `run`"
+    path = runs / CAMPAIGN_FILE
+    if not path.exists():
+        raise CampaignError(runs, "", f"no {CAMPAIGN_FILE} in it", accepted)
+    try:
+        summary = read_object(path, accepted)
+    except RunFolderError as error:
+        raise CampaignError(path, "", error.cause, error.remedy) from None
+    name, ids = summary.get("name"), summary.get("cases")
+    if not isinstance(name, str) or not isinstance(ids, list):
+        raise CampaignError(path, "", "not understood", accepted)
+    for case_id in ids:
+        if not isinstance(case_id, str) or not CASE_ID.fullmatch(case_id):
+            cause = f"got {case_id!r:.60}, not the id of a case"
+            raise CampaignError(path, "cases", cause, "ids such as sb-cg-paper-S1.000")
+    return summary
+
+
+def changed_cases(cases: list[Case], runs: str | Path) -> set[str]:
+    """Ids of the cases that `generate` would write, new ones included."""
+    folder = Path(runs) / CASES_FOLDER
+    return {case.id for case in cases if _digest_of(folder / case.id / CASE_FILE) != case["digest"]}
+
+
+def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "name": campaign.name,
+        "about": campaign.about,
+        "file": one_line(campaign.file.name),
+        "cases": [case.id for case in cases],
+        "digests": {case.id: case["digest"] for case in cases},
+        "physical": cases[0]["physical"],
+        "copy": _sha256(campaign.file.read_text(encoding="utf-8")),
+        "run": {"ranks": campaign.ranks, "jobs": campaign.jobs},
+        "versions": {"millscale": installed_version()},
+    }
+
+
+def _digest_of(path: Path) -> str | None:
+    """Digest of a case.json's content as it stands, so that an edited file counts as changed."""
+    document = _document(path)
+    return case_digest(document) if document else None
+
+
+def _document(path: Path) -> Mapping[str, Any] | None:
+    try:
+        return read_object(path, "", MOST_JSON)
+    except RunFolderError:
+        return None
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _write_if_new(path: Path, text: str) -> None:
+    with suppress(RunFolderError):
+        if read_text(path, MOST_JSON, "") == text:
+            return
+    write_text(path, text)

@@ -1,0 +1,165 @@
+"""The similarity law and the liner, taken from `_core`, applied to the models of a campaign."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from millscale import _core
+from millscale.campaign.campaign import Campaign, LinerShape, Study
+from millscale.campaign.keys import POLICIES, SCHEMES
+from millscale.errors import CampaignError
+
+
+@dataclass(frozen=True)
+class Model:
+    """A scaled mill of a study, before times and charge.
+
+    Attributes:
+        study: the study it belongs to.
+        index: position of its S in the study's list.
+        scheme, policy, S, time_factor: request to the law; time_factor 0 but for scheme froude.
+        scaled: _core.ScaledMill, the operating point and the factors.
+        liner: _core.Liner of the scaled mill.
+        length: length of the scaled mill along the axis [m].
+        simulated_length: periodic length simulated, shorter if a slice is taken [m].
+        youngs_modulus: of balls and wall in this model [Pa].
+    """
+
+    study: Study
+    index: int
+    scheme: str
+    policy: str
+    S: float
+    time_factor: float
+    scaled: _core.ScaledMill
+    liner: _core.Liner
+    length: float
+    simulated_length: float
+    youngs_modulus: float
+
+    @property
+    def velocity_factor(self) -> float:
+        """Velocity, scaled / physical."""
+        return _core.factor(self.scaled.base, 1, 0, -1)
+
+
+def physical_mill(campaign: Campaign) -> _core.OperatingPoint:
+    """Operating point of the physical mill."""
+    mill = campaign.mill
+    return _core.OperatingPoint(mill.radius, campaign.ball.radius, mill.gravity, mill.omega)
+
+
+def physical_liner(campaign: Campaign) -> _core.Liner:
+    """Liner of the physical mill.
+
+    Raises:
+        CampaignError: no such liner exists.
+    """
+    shape: LinerShape = campaign.liner
+    try:
+        if shape.face_angle is not None:
+            return _core.Liner.from_face_angle(
+                campaign.mill.radius,
+                shape.lifter_top_radius,
+                shape.lifter_top_width,
+                shape.face_angle,
+                shape.lifters,
+                shape.phase,
+            )
+        return _core.Liner(
+            campaign.mill.radius,
+            shape.lifter_top_radius,
+            shape.lifter_top_width,
+            shape.groove_width,
+            shape.lifters,
+            shape.phase,
+        )
+    except ValueError as cause:
+        raise CampaignError(campaign.file, "liner", f"impossible liner: {cause}") from None
+
+
+def scaled_liner(campaign: Campaign, policy: str, S: float) -> _core.Liner:
+    """Liner of a scaled mill.
+
+    Raises:
+        CampaignError: the physical mill has no liner.
+        ValueError: nothing is left of a lifter or groove.
+    """
+    physical = physical_liner(campaign)
+    if policy == "offset-liner":
+        return physical.offset_scaled(S, campaign.ball.radius)
+    return physical.scaled(S)
+
+
+def models_of(campaign: Campaign, study: Study) -> list[Model]:
+    """The models of a study by policy, scheme and S, in the law's order of names.
+
+    At S = 1 every policy is the physical mill itself: it is kept once per scheme, under `paper` (or
+    the first policy asked for), and is the reference of all of them.
+    """
+    policies = sorted(study.policies, key=POLICIES.index)
+    ordered = sorted((S, index) for index, S in enumerate(study.ratios))
+    models = []
+    for policy in policies:
+        for scheme in sorted(study.schemes, key=SCHEMES.index):
+            for S, index in ordered:
+                if S > 1.0 or policy == policies[0]:
+                    models.append(_model(campaign, study, scheme, policy, index))
+    return models
+
+
+def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: int) -> Model:
+    S = study.ratios[index]
+    time_factor = _time_factor(campaign, S) if scheme == "froude" else 0.0
+    try:
+        scaled = _core.scale(
+            physical_mill(campaign),
+            S,
+            scheme,
+            policy,
+            time_factor,
+            campaign.mill.allow_centrifuging,
+        )
+        liner = scaled_liner(campaign, policy, S)
+    except CampaignError:
+        raise
+    except ValueError as cause:
+        key = f"scaling (scheme {scheme}, policy {policy}, S = {S:g})"
+        raise CampaignError(campaign.file, key, str(cause)) from None
+    length = campaign.mill.length / S
+    piece = study.charge.slice_length if study.charge else None
+    _check_length(campaign, S, piece or length)
+    matched = campaign.stiffness == "overlap-matched"
+    stiffness_factor = _core.factor(scaled.base, 2, 0, -2) if matched else 1.0
+    return Model(
+        study=study,
+        index=index,
+        scheme=scheme,
+        policy=policy,
+        S=S,
+        time_factor=time_factor,
+        scaled=scaled,
+        liner=liner,
+        length=length,
+        simulated_length=min(piece or length, length),
+        youngs_modulus=campaign.material.youngs_modulus * stiffness_factor,
+    )
+
+
+def _time_factor(campaign: Campaign, S: float) -> float:
+    if campaign.time_exponent is not None:
+        return math.pow(S, campaign.time_exponent)
+    return campaign.time_factor
+
+
+def _check_length(campaign: Campaign, S: float, length: float) -> None:
+    """The piece of mill must be longer than a ball, or a ball would touch its periodic image."""
+    largest = campaign.ball.radius + campaign.ball.radius_std * campaign.ball.truncation
+    if length < 2.0 * largest:
+        raise CampaignError(
+            campaign.file,
+            "mill.length_m",
+            f"{length:.4g} m at S = {S:g} is shorter than a ball of {2.0 * largest:g} m",
+            "a length, slice or S that leaves at least one ball diameter",
+        )

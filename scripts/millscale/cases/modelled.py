@@ -1,0 +1,131 @@
+"""What a case models and what it leaves out, each with its reason."""
+
+from __future__ import annotations
+
+import math
+
+from millscale.campaign.campaign import Campaign
+from millscale.cases.law import Model, physical_mill
+from millscale.cases.time_step import impact_speed
+
+Statement = dict[str, str]
+
+POLICY_REASONS = {
+    "paper": "the law for point masses is applied as it stands",
+    "corrected": "speed or gravity follow the path of the ball's centre, R - a",
+    "offset-liner": "the liner is built so that the path of the ball's centre scales",
+}
+AIR_DENSITY = 1.2
+# Of a sphere at Reynolds numbers of 1e3 to 2e5: balls of 1 to 300 mm at 10 m/s.
+DRAG_COEFFICIENT = 0.47
+
+
+def statements(
+    campaign: Campaign, model: Model, of_decks: dict[str, list[Statement]]
+) -> dict[str, list[Statement]]:
+    """`in` and `out`: lists of {what, reason}.
+
+    Args:
+        of_decks: the same of what depends on the scene, from `deck_terms`.
+    """
+    return {
+        "in": _modelled(campaign, model) + of_decks["in"],
+        "out": _left_out(campaign, model) + of_decks["out"],
+    }
+
+
+def _say(what: str, reason: str) -> Statement:
+    return {"what": what, "reason": reason}
+
+
+def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
+    said = [
+        _say(
+            "Hertz-Mindlin contacts with damping",
+            "normal force of Hertz, tangential spring and dashpots; docs/theory.md",
+        ),
+        _say(
+            "lifters as rigid rotating surfaces",
+            "they throw the balls; moved exactly about the axis",
+        ),
+        _wall(campaign),
+        _say("periodic ends", "a piece of a long mill"),
+        _say(
+            "wall with the elastic constants of the balls",
+            "assumption: a campaign gives moduli of the balls alone",
+        ),
+    ]
+    if model.study.kind == "multi-ball":
+        said.append(_say("settling before rotation", "the bed at rest is the initial state"))
+        said.append(_contacts(campaign))
+        if model.simulated_length == model.length:
+            reason = "no slice asked for; the error of a shorter piece is not known beforehand"
+            said.append(_say("the whole length of the mill", reason))
+        if campaign.ball.radius_std > 0.0:
+            said.append(_say("normal distribution of ball radii", "given by the campaign"))
+    if campaign.stiffness == "overlap-matched":
+        said.append(
+            _say(
+                "Young's modulus scaled with velocity squared",
+                "keeps overlap / ball radius, hence the contact law's groups",
+            )
+        )
+    return said
+
+
+def _contacts(campaign: Campaign) -> Statement:
+    if campaign.contacts == "stock":
+        return _say("contacts between balls evaluated by stock LIGGGHTS", "asked for")
+    damping = ""
+    if campaign.damping == "bounded":
+        damping = "; tangential damping bounded by what a step can take, for longer steps"
+    precision = ", in mixed precision" if campaign.precision == "mixed" else ""
+    return _say(
+        f"contacts between balls evaluated by our kernels{precision}",
+        f"the same law in less time{damping}",
+    )
+
+
+def _wall(campaign: Campaign) -> Statement:
+    if campaign.wall.kind == "mesh":
+        return _say("liner as a triangle mesh", "asked for; arcs within the chord error")
+    return _say("liner as exact arcs and lines", "no mesh to turn and search at every step")
+
+
+def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
+    said = [
+        _say("ore, powder and slurry", "balls alone are simulated"),
+        _say("air drag", _drag(campaign)),
+        _say("breakage and wear", "balls and liner keep their shape over a few turns"),
+        _say("end walls", "periodic along the axis"),
+        _say("motion and bending of the mill", "rigid mill at a prescribed speed"),
+    ]
+    if model.S > 1.0:
+        said.append(
+            _say(
+                "scaling of the ball radius",
+                f"the method keeps the balls, so a / R grows by S; policy {model.policy}: "
+                + POLICY_REASONS[model.policy],
+            )
+        )
+    if model.simulated_length < model.length:
+        said.append(_say("the rest of the mill's length", _slice(campaign, model)))
+    if model.study.kind == "single-ball":
+        said.append(_say("other balls", "one ball alone, to test the law of detachment and flight"))
+    elif campaign.ball.radius_std == 0.0:
+        said.append(_say("spread of ball radii", "radius_std_m is 0"))
+    return said
+
+
+def _slice(campaign: Campaign, model: Model) -> str:
+    diameters = model.simulated_length / (2.0 * campaign.ball.radius)
+    return f"asked for: a periodic slice of {diameters:.3g} ball diameters stands for it"
+
+
+def _drag(campaign: Campaign) -> str:
+    """Drag of a ball over its weight at the speed of impact in the physical mill."""
+    ball = campaign.ball
+    speed = impact_speed(physical_mill(campaign))
+    drag = 0.5 * AIR_DENSITY * speed**2 * DRAG_COEFFICIENT * math.pi * ball.radius**2
+    weight = 4.0 / 3.0 * math.pi * ball.radius**3 * ball.density * campaign.mill.gravity
+    return f"{drag / weight:.1%} of a ball's weight at its fastest, {speed:.2g} m/s, physical mill"

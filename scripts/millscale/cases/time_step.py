@@ -1,0 +1,174 @@
+"""Limits of the time step and the step advised from them.
+
+The yardsticks are _core's; the numbers that turn them into advice are below, with their origin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from millscale import _core
+from millscale.campaign.campaign import Campaign
+from millscale.cases.law import Model
+from millscale.errors import CampaignError
+
+# Beyond this share of the Rayleigh time no DEM scheme is trusted; refused.
+RAYLEIGH_REFUSED = 0.40
+# Upper end of what DEM practice takes.
+RAYLEIGH_ADVISED = 0.20
+# Steps per collision of two balls at the speed of re-impact. A single ball lives from its rebounds:
+# at 5 m/s, 30 steps realise e = 0.092 and 15 steps 0.084 instead of 0.100. In a bed, 2e-4 s (7
+# steps, bounded damping) keep the energies within 1 % of those at 5e-5 s (docs/time-step.md).
+STEPS_PER_CONTACT = {"single-ball": 25, "multi-ball": 8}
+# Fewer than this share of them is warned of.
+FEW_STEPS = 0.5
+# Contacts per ball of a bed, and of a ball rolling in a groove.
+COORDINATION = {"single-ball": 1.0, "multi-ball": 4.0}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Time-step limits of one model.
+
+    Attributes:
+        rayleigh: Rayleigh time [s].
+        collision: duration of an impact at `impact_speed` [s].
+        damping: largest linearly stable step of the damped contacts of the bed [s].
+        impact_speed: of a thrown ball back on the liner [m/s].
+        overlap: mean overlap the damping limit is taken at [m].
+    """
+
+    rayleigh: float
+    collision: float
+    damping: float
+    impact_speed: float
+    overlap: float
+
+    def advised(self, kind: str) -> tuple[float, str]:
+        """Advised step [s] to two digits, rounded down, and the limit that binds."""
+        n = STEPS_PER_CONTACT[kind]
+        candidates = {
+            f"{RAYLEIGH_ADVISED:.0%} of the Rayleigh time": RAYLEIGH_ADVISED * self.rayleigh,
+            f"{n} steps per collision at {self.impact_speed:.3g} m/s": self.collision / n,
+            "the damping limit": self.damping,
+        }
+        reason = min(candidates, key=candidates.__getitem__)
+        return _round_down(candidates[reason]), reason
+
+
+@dataclass(frozen=True)
+class Step:
+    """Time step of one model and how it came about.
+
+    Attributes:
+        value: [s].
+        choice: "given", or "advised" with the limit that binds.
+        limits: of this model.
+        warnings: what the step risks, in words.
+    """
+
+    value: float
+    choice: str
+    limits: Limits
+    warnings: tuple[str, ...]
+
+
+def impact_speed(mill: _core.OperatingPoint) -> float:
+    """Speed of a ball thrown from the centre path R - a when it meets that path again [m/s].
+
+    V sqrt(1 + 8 sin^2 phi) with V = omega (R - a) and cos phi = omega^2 (R - a) / g; a
+    centrifuging mill throws nothing, its balls run at V. Point contact, no friction; derived in
+    the theory notes.
+    """
+    path = mill.radius - mill.ball_radius
+    cosine = min(1.0, mill.omega**2 * path / mill.gravity)
+    return mill.omega * path * math.sqrt(1.0 + 8.0 * (1.0 - cosine**2))
+
+
+def limits_of(campaign: Campaign, model: Model) -> Limits:
+    """Time-step limits of a model, with its own stiffness, gravity and speed."""
+    ball, mill = campaign.ball, model.scaled.mill
+    material = _core.Material(model.youngs_modulus, campaign.material.poisson_ratio, ball.density)
+    single = model.study.kind == "single-ball"
+    depth = ball.radius if single else mill.radius
+    overlap = ball.radius * _core.bed_overlap(material, mill.gravity, depth)
+    restitution = campaign.material.restitution_pw if single else campaign.material.restitution_pp
+    speed = impact_speed(mill)
+    # The smallest ball has the shortest times.
+    smallest = ball.radius - (0.0 if single else ball.radius_std * ball.truncation)
+    return Limits(
+        rayleigh=_core.rayleigh_time(material, smallest),
+        collision=_core.hertz_collision_time(material, smallest, speed),
+        damping=_core.damping_time_step_limit(
+            material, smallest, restitution, overlap, **_bed(campaign, model)
+        ),
+        impact_speed=speed,
+        overlap=overlap,
+    )
+
+
+def _bed(campaign: Campaign, model: Model) -> dict[str, float | bool]:
+    """What is known of contacts of balls in a bed; one ball alone touches the wall, undivided."""
+    kind = model.study.kind
+    bounded = kind == "multi-ball" and campaign.damping == "bounded"
+    return {"coordination": COORDINATION[kind], "bounded": bounded}
+
+
+def steps_of(campaign: Campaign, models: list[Model]) -> list[Step]:
+    """Time steps of the models of one study, in their order.
+
+    With fixed stiffness every model takes the same step; with overlap-matched stiffness contact
+    times scale with 1 / velocity factor, and the step with them.
+
+    Raises:
+        CampaignError: a step beyond `RAYLEIGH_REFUSED` of the Rayleigh time.
+    """
+    matched = campaign.stiffness == "overlap-matched"
+    stretch = [1.0 / model.velocity_factor if matched else 1.0 for model in models]
+    limits = [limits_of(campaign, model) for model in models]
+    study = models[0].study
+    if study.step is not None:
+        physical, choice = study.step, "given"
+    else:
+        advice = [
+            (step / factor, reason)
+            for (step, reason), factor in zip(
+                (limit.advised(study.kind) for limit in limits), stretch, strict=True
+            )
+        ]
+        physical, reason = min(advice)
+        choice = f"advised: {reason}"
+    return [
+        _step(campaign, model, physical * factor, choice, limit)
+        for model, factor, limit in zip(models, stretch, limits, strict=True)
+    ]
+
+
+def _step(campaign: Campaign, model: Model, value: float, choice: str, limits: Limits) -> Step:
+    if value > RAYLEIGH_REFUSED * limits.rayleigh:
+        raise CampaignError(
+            campaign.file,
+            f"{model.study.kind.replace('-', '_')}.step_s",
+            f"got {value:.3g} s = {value / limits.rayleigh:.0%} of the Rayleigh time "
+            f"{limits.rayleigh:.3g} s at S = {model.S:g}",
+            f'<= {RAYLEIGH_REFUSED * limits.rayleigh:.3g} or "advised" '
+            f"({limits.advised(model.study.kind)[0]:g} s)",
+        )
+    warnings = []
+    if value > limits.damping:
+        warnings.append(
+            f"step {value:.3g} s is {value / limits.damping:.2f} times the damping limit "
+            f"{limits.damping:.3g} s: expect spin noise and a wrong dissipation"
+        )
+    per_contact = limits.collision / value
+    if per_contact < FEW_STEPS * STEPS_PER_CONTACT[model.study.kind]:
+        warnings.append(
+            f"only {per_contact:.1f} steps per collision at {limits.impact_speed:.3g} m/s"
+        )
+    return Step(value, choice, limits, tuple(warnings))
+
+
+def _round_down(value: float) -> float:
+    digits = math.floor(math.log10(value)) - 1
+    return float(f"{math.floor(value / 10.0**digits + 1e-9)}e{digits}")

@@ -1,0 +1,279 @@
+"""The command line `millscale`."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+from contextlib import suppress
+from dataclasses import asdict
+from typing import Annotated
+
+import typer
+
+from millscale.cli.measure import bench, study
+from millscale.cli.options import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_WRONG_INPUT,
+    Campaign,
+    DryRun,
+    IgnoreDisk,
+    Jobs,
+    Json,
+    Only,
+    Oversubscribe,
+    Profile,
+    Ranks,
+    RunsArgument,
+    RunsOption,
+    Slurm,
+    StartOver,
+    TimeLimit,
+    check_seconds,
+    console_of,
+)
+from millscale.engine.machine import CoreWish
+from millscale.engine.provenance import COMMAND_VARIABLE
+from millscale.errors import CampaignError
+from millscale.runs.layout import CASES_FOLDER
+from millscale.runs.untrusted import RunFolderError
+from millscale.terminal import escape_unencodable
+from millscale.workflow.failures import SILENCE, TIME_LIMIT_VARIABLE
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""
+Ball mills scaled by similarity: from a campaign file to simulated mills and their comparison.
+
+A campaign (TOML) names a physical mill, the scale ratios S and the schemes; each combination is a
+case with a folder of its own. Lengths in m, times in s, angles in rad unless a name says otherwise.
+
+* `millscale plan campaigns/quick.toml` shows what would be simulated, and its cost
+* `millscale run campaigns/quick.toml --runs runs/quick` simulates what is missing
+* `millscale report runs/quick` writes report/index.html
+* `millscale study campaigns/study-S2.6.toml --plan` shows what time against error would cost
+
+Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input, or too little
+disk; 130 interrupted, the same command goes on. `millscale status` tells why a case failed.
+""",
+)
+
+
+@app.command()
+def plan(file: Campaign, as_json: Json = False) -> None:
+    """Show the cases of a campaign: every derived number, the time step's limits, the cost.
+
+    Writes nothing. Example: `millscale plan campaigns/paper-single-ball.toml --json`
+    """
+    from millscale.campaign.build import load_campaign
+    from millscale.workflow.plan import plan_rows, render_plan
+
+    rows = plan_rows(load_campaign(file))
+    if as_json:
+        # A line for each case: json indents slowly, and there may be ten thousand.
+        typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
+    else:
+        console_of().print(render_plan(rows))
+
+
+@app.command()
+def generate(file: Campaign, runs: RunsOption) -> None:
+    """Write a complete folder per case, and run no engine: case.json, mesh, charge, decks, and
+    mpirun.sh with the engine's runs.
+
+    `cd DIR/cases/ID && sh mpirun.sh` then simulates the case, without Python, and `millscale run`,
+    `status` and `report` use what it made. What would not change is left alone.
+
+    Example: `millscale generate campaigns/quick.toml --runs runs/quick`
+    """
+    from millscale.cases.generate import generate as write_cases
+    from millscale.runs.lock import hold
+    from millscale.workflow.display import counting
+    from millscale.workflow.run_command import request
+    from millscale.workflow.without_engine import prepare
+
+    # Nothing runs: attempts may have more ranks than this machine has cores.
+    asked = request(file, runs, [], CoreWish(oversubscribe=True))
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
+    try:
+        with hold(runs), counting(console_of(stderr=True), "folders") as count:
+            cases = write_cases(file, runs)
+            folders = {runs / CASES_FOLDER / x.id: asked.allocation.ranks[x.id] for x in cases}
+            made, failed = prepare(folders, count)
+    except KeyboardInterrupt:
+        typer.echo(
+            "interrupted: folders made are kept, the same command makes the others", err=True
+        )
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    for line in failed:
+        typer.echo(line, err=True)
+    if failed:
+        raise typer.Exit(EXIT_FAILED)
+    typer.echo(f"{runs}: {len(cases)} cases, {made} folders made, {len(cases) - made} as they were")
+    first, line = shlex.quote(str(next(iter(folders)))), ["millscale", "run", file, "--runs", runs]
+    typer.echo(f"next: {shlex.join(map(str, line))}, or in a case folder: sh mpirun.sh, as in")
+    typer.echo(f"  (cd {first} && sh mpirun.sh)")
+
+
+@app.command()
+def run(
+    file: Campaign,
+    runs: RunsOption,
+    ranks: Ranks = None,
+    jobs: Jobs = None,
+    only: Only = None,
+    dry_run: DryRun = False,
+    oversubscribe: Oversubscribe = False,
+    time_limit: TimeLimit = None,
+    ignore_disk: IgnoreDisk = False,
+    start_over: StartOver = False,
+    slurm: Slurm = False,
+    profile: Profile = None,
+) -> None:
+    """Bring every case to its result: mesh, deck, settling, rotation, analysis.
+
+    Runs only what is missing or was made from other inputs; a changed campaign reruns the cases it
+    changes. Ctrl-C ends the engines; the same command then goes on with the stages not yet done,
+    on the ranks they began with. A case that fails does not stop the others.
+
+    Engine: `liggghts_mill` beside this Python, on the PATH or in build/; MILLSCALE_ENGINE names
+    another.
+
+    Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
+    `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
+    """
+    from millscale.workflow.run_command import (
+        Cluster,
+        check_free_disk,
+        dry_run_campaign,
+        request,
+        run_campaign,
+    )
+
+    if time_limit is not None:
+        check_seconds("run", "--time-limit", time_limit)
+    if profile and not slurm:
+        raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
+    cluster = Cluster(profile) if slurm else None
+    cores = CoreWish(ranks, jobs, oversubscribe)
+    asked = request(file, runs, only or [], cores, cluster, start_over)
+    if dry_run:
+        typer.echo(dry_run_campaign(asked))
+        return
+    if not ignore_disk:
+        check_free_disk(asked)
+    if time_limit is not None:
+        os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
+    try:
+        raise typer.Exit(0 if run_campaign(asked, console_of()) else EXIT_FAILED)
+    except KeyboardInterrupt:
+        typer.echo(
+            "interrupted: finished stages are kept, the same command goes on from there", err=True
+        )
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+@app.command()
+def status(
+    runs: RunsArgument,
+    as_json: Json = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show it anew until nothing runs any more; Ctrl-C ends.")
+    ] = False,
+    every: Annotated[
+        float, typer.Option(metavar="S", help="Time between two looks [s], with --watch.")
+    ] = 2.0,
+    silence: Annotated[
+        float,
+        typer.Option(
+            "--silence",
+            metavar="S",
+            help="An engine that writes nothing for so long [s] makes no progress.",
+        ),
+    ] = SILENCE,
+) -> None:
+    """Show the stage of every case, how far it is, its rate, the time left and the last problem.
+
+    Reads files alone, from any terminal, beside a run or after it. With --json and --watch each
+    look is one line.
+
+    Example: `millscale status runs/quick --watch`
+    """
+    from millscale.workflow.watch_status import show, watch_status
+
+    check_seconds("status", "--every", every)
+    check_seconds("status", "--silence", silence)
+    if not watch:
+        show(runs, silence, as_json, console_of())
+        return
+    with suppress(KeyboardInterrupt):
+        watch_status(runs, silence, as_json, every, console_of())
+
+
+@app.command()
+def verify(runs: RunsArgument, as_json: Json = False) -> None:
+    """Check every file of a runs folder: products against the digests recorded when they were made,
+    case.json against the campaign, decks against this version.
+
+    Exit code 1 if anything differs. Example: `millscale verify runs/quick`
+    """
+    from millscale.workflow.verify import verify as verify_folder
+
+    found = verify_folder(runs)
+    if as_json:
+        typer.echo(json.dumps(asdict(found), indent=1))
+    else:
+        for difference in found.differences:
+            typer.echo(str(difference))
+        typer.echo(
+            f"{found.cases} cases, {found.files} files checked: "
+            f"{len(found.differences) or 'no'} differences"
+        )
+    if found.differences:
+        raise typer.Exit(EXIT_FAILED)
+
+
+@app.command()
+def report(runs: RunsArgument, as_json: Json = False) -> None:
+    """Compare the finished cases: DIR/report/index.html, a page of its own, and results.json.
+
+    Cases that were run by hand are analysed first.
+
+    Example: `millscale report runs/quick --json`
+    """
+    from millscale.report.build import build_report
+    from millscale.workflow.without_engine import finish
+
+    for line in finish(runs):
+        typer.echo(line, err=True)
+    build_report(runs)
+    folder = runs / "report"
+    if as_json:
+        typer.echo((folder / "results.json").read_text(encoding="utf-8").rstrip("\n"))
+    else:
+        typer.echo(f"report: {folder / 'index.html'}")
+
+
+app.command()(bench)
+app.command()(study)
+
+
+def main() -> None:
+    """Entry point; what the user can mend ends in one line and exit code 2."""
+    escape_unencodable()
+    try:
+        app()
+    except (CampaignError, RunFolderError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(EXIT_WRONG_INPUT)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,147 @@
+"""The commands that measure: `bench` and `study`."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from millscale.cli.options import (
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    IgnoreDisk,
+    Jobs,
+    Json,
+    Oversubscribe,
+    Ranks,
+    console_of,
+)
+from millscale.engine.machine import CoreWish
+from millscale.engine.provenance import COMMAND_VARIABLE
+from millscale.errors import CampaignError
+
+
+def bench(
+    scene: Annotated[
+        str,
+        typer.Option(
+            help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
+            "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
+            "wall: mesh against analytic wall, for one ball and for s2.6; "
+            "size: 1,020 to 231,461 balls on 1 and 2 ranks, with a picture; "
+            "slices: what a shorter piece of the mill changes."
+        ),
+    ] = "s2.6",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Shorter runs; ours and tuned stock LIGGGHTS alone.")
+    ] = False,
+    runs: Annotated[
+        Path, typer.Option("--runs", metavar="DIR", help="Where the mills in motion are kept.")
+    ] = Path("runs/bench"),
+    as_json: Json = False,
+) -> None:
+    """Time a step of the turning mill: ours against tuned stock LIGGGHTS, in turns.
+
+    The first call brings the mill into motion and keeps it in DIR: a minute or two for s2.6, half
+    an hour for s1. Nothing else should run meanwhile.
+
+    Example: `millscale bench --scene s2.6 --quick --json`
+    """
+    from millscale.bench.command import bench as time_scene
+    from millscale.bench.command import table, text
+
+    console = Console(stderr=True) if as_json else console_of()
+    result = time_scene(scene, quick, runs, console)
+    if as_json or "rows" not in result:
+        typer.echo(text(result))
+    else:
+        console.print(table(result))
+
+
+def study(
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Study file, such as campaigns/study-S2.6.toml.")
+    ],
+    runs: Annotated[
+        Path | None,
+        typer.Option(
+            "--runs", metavar="DIR", help="Folder of the runs; each setting in DIR/settings/NAME."
+        ),
+    ] = None,
+    only_plan: Annotated[
+        bool, typer.Option("--plan", help="Show settings and predicted time; write nothing.")
+    ] = False,
+    taken_from: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--from",
+            metavar="DIR",
+            help="A runs folder whose finished cases are taken where they are the same; "
+            "repeatable.",
+        ),
+    ] = None,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME", help="Run this setting only; repeatable; `*` stands for any text."
+        ),
+    ] = None,
+    no_run: Annotated[
+        bool, typer.Option("--no-run", help="Compare what is finished; run nothing.")
+    ] = False,
+    ranks: Ranks = None,
+    jobs: Jobs = None,
+    oversubscribe: Oversubscribe = False,
+    ignore_disk: IgnoreDisk = False,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="JSON", help="Also put the results into this file, beside other studies'."
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run a campaign in several settings (step, wall, contacts, S, ...) and compare each with the
+    reference: time against error, the front, and the setting to take for 1, 3 and 10 %.
+
+    Writes DIR/report/index.html and speed-against-error.json. Ctrl-C ends it; the same command then
+    goes on. See docs/study.md.
+
+    Examples: `millscale study campaigns/study-S2.6.toml --plan`,
+    `millscale study campaigns/study-ladder.toml --runs runs/ladder --from runs/paper-multi-ball`
+    """
+    from millscale.study.command import (
+        StudyCall,
+        plan,
+        plan_text,
+        render,
+        results_text,
+        run_and_compare,
+    )
+
+    if runs is None and not only_plan:
+        raise CampaignError("millscale study", "--runs", "missing", "a folder, or --plan")
+    if only_plan and (no_run or to):
+        raise CampaignError("millscale study", "--plan", "with --no-run or --to", "one of them")
+    wish = CoreWish(ranks, jobs, oversubscribe)
+    others, names = tuple(taken_from or ()), tuple(only or ())
+    call = StudyCall(file, runs, others, names, wish, ignore_disk, no_run, to)
+    if only_plan:
+        rows = plan(call)
+        typer.echo(plan_text(rows)) if as_json else console_of().print(render(rows))
+        return
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
+    try:
+        # With --json the progress goes elsewhere.
+        done, _ = run_and_compare(call, console_of(stderr=as_json))
+    except KeyboardInterrupt:
+        typer.echo("interrupted: finished stages are kept, the same command goes on", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    if as_json:
+        typer.echo(results_text(call))
+    raise typer.Exit(0 if done else EXIT_FAILED)

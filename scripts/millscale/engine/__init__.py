@@ -1,0 +1,1 @@
+"""Runs of the engine: mpirun, log, attempts, restart files, provenance."""

@@ -1,0 +1,89 @@
+"""attempts.json of a stage's part folder: from what, how often and where from the engine began."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from millscale.engine.restart_file import RestartFile
+from millscale.runs.case_check import MOST_RANKS, MOST_STEPS
+from millscale.runs.digests import digest_of
+from millscale.runs.untrusted import as_record, read_object
+from millscale.runs.writing import write_json
+
+ATTEMPTS_FILE = "attempts.json"
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What steps took [s]: from start to end, on all processors, in the time loop, and the latter
+    times the ranks."""
+
+    wall_time: float = 0.0
+    processor_time: float = 0.0
+    loop_time: float = 0.0
+    core_time: float = 0.0
+
+    def __add__(self, other: Cost) -> Cost:
+        return Cost(*(a + b for a, b in zip(_values(self), _values(other), strict=True)))
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One start of the engine.
+
+    Attributes:
+        step: of the engine, where it began.
+        began: when it did [s since 1970].
+        before: cost of the steps before `step`.
+    """
+
+    step: int
+    began: float
+    ranks: int
+    before: Cost
+
+
+@dataclass(frozen=True)
+class Attempts:
+    """All starts of the engine for one run, the first one first.
+
+    Attributes:
+        inputs: file -> SHA-256 of what decides the run.
+    """
+
+    inputs: dict[str, str]
+    starts: tuple[Attempt, ...] = ()
+
+    def cost_until(self, restart: RestartFile) -> Cost:
+        """Of the steps that led to a restart file; those that had to be made again not counted."""
+        writer = [attempt for attempt in self.starts if attempt.step < restart.step][-1]
+        wall, loop = restart.written - writer.began, restart.loop_time
+        return writer.before + Cost(wall, restart.processor_time, loop, loop * writer.ranks)
+
+
+def digests(files: Iterable[Path]) -> dict[str, str]:
+    """Name -> SHA-256 of each file that is there."""
+    return {
+        path.name: digest_of(path, follow=True) for path in sorted(set(files)) if path.is_file()
+    }
+
+
+def read_attempts(part: Path) -> Attempts | None:
+    """The record of a part folder; None if there is none that can be read."""
+    try:
+        content = read_object(part / ATTEMPTS_FILE, "")
+        attempts = as_record(Attempts, {k: v for k, v in content.items() if k != "schema"})
+    except ValueError:
+        return None
+    fits = all(0 <= x.step <= MOST_STEPS and 0 < x.ranks <= MOST_RANKS for x in attempts.starts)
+    return attempts if attempts.starts and fits else None
+
+
+def write_attempts(part: Path, attempts: Attempts) -> None:
+    write_json(part / ATTEMPTS_FILE, {"schema": 1, **asdict(attempts)})
+
+
+def _values(cost: Cost) -> tuple[float, ...]:
+    return cost.wall_time, cost.processor_time, cost.loop_time, cost.core_time

@@ -1,0 +1,182 @@
+"""Runs a deck in the engine under mpirun, and says in the engine's own words why it failed."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from millscale.engine.log import error_line, read_log
+from millscale.engine.machine import available_cores, physical_cores
+from millscale.engine.parent_death import end_with_parent
+from millscale.errors import CampaignError
+
+ENGINE = "liggghts_mill"
+ENGINE_VARIABLE = "MILLSCALE_ENGINE"
+_GRACE_S = 10.0
+
+
+class EngineError(RuntimeError):
+    """The engine did not come to the end of its deck."""
+
+
+@dataclass(frozen=True)
+class DeckRun:
+    """A deck to run to its end.
+
+    Attributes:
+        folder: where it runs.
+        log: name of the engine's log.
+        screen: the file this process's output goes to; searched for errors.
+        resume: go on from resume.restart.
+    """
+
+    deck: str
+    folder: Path
+    log: str
+    screen: Path
+    resume: bool
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What a run took [s]: from start to end, and on processors, the sum of all ranks.
+
+    Beside other work the first is longer than the run needs; the second is not.
+    """
+
+    wall_time: float
+    processor_time: float
+
+
+def find_engine() -> Path:
+    """The executable: $MILLSCALE_ENGINE, beside this Python, on the PATH or in build/."""
+    named = os.environ.get(ENGINE_VARIABLE)
+    if named:
+        if not os.access(named, os.X_OK):
+            raise CampaignError(
+                ENGINE_VARIABLE, "", f"got {named}", "the path of an executable file"
+            )
+        return Path(named).absolute()
+    on_path = shutil.which(ENGINE)
+    source_build = Path(__file__).parents[3] / "build" / "liggghts_ext" / ENGINE
+    candidates = [
+        Path(sys.executable).parent / ENGINE,
+        *([Path(on_path)] if on_path else []),
+        source_build,
+    ]
+    for candidate in candidates:
+        if os.access(candidate, os.X_OK):
+            return candidate.absolute()
+    raise CampaignError(
+        ENGINE, "", f"not found beside {sys.executable}, on the PATH or in build/",
+        f"run scripts/setup, or set {ENGINE_VARIABLE} to the executable",
+    )  # fmt: skip
+
+
+def mpirun_line(engine: Path | str, deck: str, log: str, ranks: int) -> list[str]:
+    """The command that runs a deck.
+
+    The screen output stays on: with `-screen none` the engine loses every error of a rank above 0.
+    Ranks are not bound: several mpirun at once would bind to the same core.
+    """
+    line = ["mpirun", "-np", str(ranks), "--bind-to", "none"]
+    if ranks > available_cores():
+        line.append("--oversubscribe")
+    elif ranks > physical_cores():
+        line.append("--use-hwthread-cpus")
+    return [*line, str(engine), "-in", deck, "-log", log]
+
+
+def mpirun_text(line: list[str]) -> str:
+    """The command as one would type it."""
+    return shlex.join(line)
+
+
+def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
+    """Run a deck to its end. It prints to this process's output.
+
+    Args:
+        lock: descriptor that the engine inherits, so that the folder stays locked while it lives.
+    """
+    line = mpirun_line(find_engine(), run.deck, run.log, ranks)
+    if run.resume:
+        line += ["-var", "resume", "1"]
+    print(mpirun_text(line), flush=True)
+    begin, processor_begin = time.monotonic(), _processor_time()
+    try:
+        # A session of its own: a Ctrl-C reaches the stage only, which then ends mpirun once.
+        process = subprocess.Popen(
+            line,
+            cwd=run.folder,
+            env=engine_environment(),
+            stdin=subprocess.DEVNULL,
+            pass_fds=(lock,),
+            start_new_session=True,
+            preexec_fn=end_with_parent(),
+        )
+    except FileNotFoundError:
+        raise EngineError("mpirun not found on the PATH: run scripts/setup") from None
+    try:
+        code = process.wait()
+    except BaseException:
+        _end(process)
+        raise
+    cause = error_line(read_log(run.folder / run.log, run.screen))
+    if code != 0 or cause:
+        raise EngineError(cause or _exit_text(code))
+    return Spent(time.monotonic() - begin, _processor_time() - processor_begin)
+
+
+def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
+    """Run an engine in a folder; what it printed, and why it did not come to its end, if so."""
+    done = subprocess.run(
+        line,
+        cwd=folder,
+        env=engine_environment(),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        encoding="utf-8",
+        errors="replace",
+    )
+    text = done.stdout + done.stderr
+    ended = f"exit code {done.returncode}" if done.returncode else None
+    return text, error_line(text) or ended
+
+
+def engine_environment() -> dict[str, str]:
+    # A job of Slurm is one node: what MPI would read there is about steps, and differs by site.
+    own = {k: v for k, v in os.environ.items() if not k.startswith(("SLURM_", "PMI_", "PMIX_"))}
+    environment = {**own, "OMP_NUM_THREADS": "1"}
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return environment
+
+
+def _processor_time() -> float:
+    """User and system time of ended children and theirs [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def _end(process: subprocess.Popen) -> None:
+    process.terminate()
+    try:
+        process.wait(_GRACE_S)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)
+        process.wait()
+
+
+def _exit_text(code: int) -> str:
+    return (
+        f"mpirun ended by signal {-code}"
+        if code < 0
+        else f"mpirun ended with exit code {code}, no error in the log"
+    )

@@ -1,0 +1,94 @@
+"""The machine: how many cores it offers, how cases share them, its name in timing.json."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+
+from millscale.errors import CampaignError
+
+_QUOTA = Path("/sys/fs/cgroup/cpu.max")
+
+
+@dataclass(frozen=True)
+class CoreWish:
+    """What someone wants: ranks of a multi-ball case, cases at a time; None leaves it open."""
+
+    ranks: int | None = None
+    jobs: int | None = None
+    oversubscribe: bool = False
+
+
+@dataclass(frozen=True)
+class Allocation:
+    """How the cores are shared.
+
+    Attributes:
+        ranks: MPI ranks by case id; a single ball runs on one.
+        jobs: the most cases that run at a time.
+        cores: the most cores in use at a time.
+        notes: what the campaign asks for and does not get, and why.
+    """
+
+    ranks: Mapping[str, int]
+    jobs: int
+    cores: int
+    notes: tuple[str, ...] = ()
+
+
+def available_cores() -> int:
+    """Cores this process may use: its CPU affinity, lowered by the quota of its container."""
+    cores = len(os.sched_getaffinity(0))
+    try:
+        quota, period = _QUOTA.read_text(encoding="utf-8").split()
+        return max(1, min(cores, math.ceil(int(quota) / int(period))))
+    except (OSError, ValueError):
+        return cores
+
+
+def physical_cores() -> int:
+    """Cores of the machine, not counting a second thread of the same core."""
+    return psutil.cpu_count(logical=False) or available_cores()
+
+
+def hardware() -> dict[str, str | int]:
+    """Processor model, its cores, and the cores this process may use, as in timing.json."""
+    return {"cpu": _cpu_model(), "cores": physical_cores(), "available_cores": available_cores()}
+
+
+def _cpu_model() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return "unknown"
+    entries = {key.strip(): value.strip() for key, _, value in (x.partition(":") for x in lines)}
+    return entries.get("model name") or entries.get("Model") or "unknown"
+
+
+def allowed(asked: CoreWish, cores: int, charges: bool) -> int:
+    """Cores that are asked for in so many words, 1 if none are.
+
+    Args:
+        charges: whether there are multi-ball cases; single balls run on one rank.
+
+    Raises:
+        CampaignError: not a number of cores, or more than there are without `oversubscribe`.
+    """
+    given = {"--ranks": asked.ranks, "--jobs": asked.jobs}
+    for option, value in given.items():
+        if value is not None and value < 1:
+            raise CampaignError("millscale run", option, f"got {value}", "a whole number >= 1")
+    wanted = (asked.jobs or 1) * ((asked.ranks or 1) if charges else 1)
+    if wanted > cores and not asked.oversubscribe:
+        raise CampaignError(
+            "millscale run",
+            " ".join(f"{option} {value}" for option, value in given.items() if value),
+            f"needs {wanted} cores, this machine offers {cores}",
+            f"at most {cores} in all, or --oversubscribe, which is slower",
+        )
+    return wanted

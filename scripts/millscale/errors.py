@@ -1,0 +1,32 @@
+"""The one error a campaign file can cause."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from millscale.terminal import one_line
+
+
+class CampaignError(ValueError):
+    """A campaign that cannot be run: which file and key, what was got, what is accepted.
+
+    Attributes:
+        file: the campaign file.
+        key: path of the key, such as `mill.speed_rpm`; empty if the whole file is meant.
+        cause: what is wrong and the value got.
+        accepted: what would be accepted; may be empty.
+    """
+
+    def __init__(self, file: object, key: str, cause: str, accepted: str = "") -> None:
+        self.file, self.key = str(file), key
+        self.cause, self.accepted = cause, accepted
+        where = f"{self.file}: {key}" if key else self.file
+        text = f"{where}: {cause}" + (f"; accepted: {accepted}" if accepted else "")
+        super().__init__(one_line(text))
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """The known word most like `word`, or an empty string if none is near."""
+    matches = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return matches[0] if matches else ""

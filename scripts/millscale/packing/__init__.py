@@ -1,0 +1,1 @@
+"""Initial packing of the charge and the state of the settled bed."""

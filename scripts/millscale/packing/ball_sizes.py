@@ -1,0 +1,40 @@
+"""Radii of the balls: normal, cut symmetrically at a number of standard deviations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from millscale.campaign.campaign import Ball
+
+
+def mean_volume(ball: Ball) -> float:
+    """Mean volume of a ball [m^3], 4/3 pi (a^3 + 3 a s^2), s^2 the variance of the cut normal.
+
+    The cut is symmetric, so the third central moment vanishes. With t = `truncation`, f the density
+    and F the distribution of the unit normal, s^2 = sigma^2 (1 - 2 t f(t) / (2 F(t) - 1)).
+    Derived here.
+    """
+    t = ball.truncation
+    density = math.exp(-0.5 * t * t) / math.sqrt(math.tau)
+    inside = math.erf(t / math.sqrt(2.0))
+    variance = ball.radius_std**2 * (1.0 - 2.0 * t * density / inside)
+    return 4.0 / 3.0 * math.pi * (ball.radius**3 + 3.0 * ball.radius * variance)
+
+
+def draw_radii(ball: Ball, count: int, random: np.random.Generator) -> np.ndarray:
+    """(count,) float, ball radii [m]; all equal without a standard deviation.
+
+    One radius is drawn from each of `count` equally likely ranges, in random order, so that even a
+    few balls have the mean mass of the distribution.
+    """
+    if ball.radius_std == 0.0:
+        return np.full(count, ball.radius)
+    # Half a second, which a plan has no need of.
+    from scipy.special import ndtr, ndtri
+
+    share = (random.permutation(count) + random.uniform(0.0, 1.0, count)) / count
+    below = ndtr(-ball.truncation)
+    deviations = ndtri(below + (1.0 - 2.0 * below) * share)
+    return ball.radius + ball.radius_std * np.clip(deviations, -ball.truncation, ball.truncation)

@@ -1,0 +1,219 @@
+"""The initial packing of a charge, from the bottom of the mill up, as a data file of the engine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from millscale import _core
+from millscale.campaign.campaign import Ball
+from millscale.errors import CampaignError
+from millscale.packing.ball_sizes import draw_radii, mean_volume
+from millscale.packing.random_block import random_block
+from millscale.runs.writing import writing
+
+FILE = "charge.data"
+# Volume of balls over volume, tried from the densest. A settled bed has 0.58 to 0.61, so a charge
+# packed at 0.55 falls by a few balls only; thin slices take less.
+FRACTIONS = (0.55, 0.50, 0.45, 0.40)
+# Balls in the block that is repeated, and its least width in mean diameters.
+BLOCK = 4000
+WIDTH = 6.0
+# Of the places expected: the ends of a bed do not fall on whole balls.
+SURE = 0.95
+# Points to a radius, for an area that is good to a percent.
+GRID = 100
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where balls may be put.
+
+    Attributes:
+        liner: _core.Liner.
+        length: period along the axis [m].
+        gap: kept clear of the liner, whose panels cut its arcs [m].
+    """
+
+    liner: _core.Liner
+    length: float
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Balls at rest that touch neither each other nor the liner.
+
+    Attributes:
+        centres: (n, 3) float, x, y, z [m], 0 <= y < length.
+        radii: (n,) float [m].
+        length: period along y [m].
+    """
+
+    centres: np.ndarray
+    radii: np.ndarray
+    length: float
+
+
+def write_charge(case: Mapping[str, Any], folder: Path) -> None:
+    """Write charge.data of a multi-ball case to a folder.
+
+    Raises:
+        CampaignError: the balls do not fit into the mill.
+    """
+    ball, room = case["ball"], room_of(case)
+    sizes = Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
+    packing = pack(room, sizes, ball["count"], np.random.default_rng(case["seed"]))
+    write_data(packing, sizes.density, case["domain"]["half_box_m"], Path(folder) / FILE)
+
+
+def room_of(case: Mapping[str, Any]) -> Room:
+    """Room for the charge of a case."""
+    return Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
+
+
+def liner_of(case: Mapping[str, Any]) -> _core.Liner:
+    """The scaled mill's liner as case.json states it."""
+    mill = case["mill"]
+    return _core.Liner(
+        mill["radius_m"],
+        mill["lifter_top_radius_m"],
+        mill["lifter_top_width_m"],
+        mill["groove_width_m"],
+        mill["lifters"],
+        mill["phase_rad"],
+    )
+
+
+def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Packing:
+    """Pack balls from the bottom of the mill up to a level, at random and almost as dense as a bed.
+
+    A random block that repeats itself fills the plane of the cross-section; what does not lie clear
+    of the liner is taken away, whatever its size, and the lowest balls are kept. The block is as
+    long as the mill, so the ends fit.
+
+    Raises:
+        CampaignError: there are fewer places than balls.
+    """
+    centres, radii, width = _block(room, ball, count, random)
+    clearance = float(radii.max()) + room.gap
+    beside = width * np.arange(-math.ceil(room.liner.radius / width) - 1, room.liner.radius / width)
+    offset = random.uniform(0.0, width, 2)
+    chosen, places, found = [], [], 0
+    # Rows of blocks, the lowest first; they do not overlap in height.
+    for level in beside:
+        x = (centres[:, 0] + offset[0] + beside[:, None]).ravel()
+        z = np.tile(centres[:, 2] + offset[1] + level, len(beside))
+        section = np.column_stack([x, z])
+        clear = np.flatnonzero(room.liner.nearest(section).distance >= clearance)
+        places.append(section[clear])
+        chosen.append(clear % len(radii))
+        found += len(clear)
+        if found >= count:
+            break
+    else:
+        raise CampaignError(FILE, "", f"{count} balls do not fit", f"<= {found} balls")
+    section, which = np.concatenate(places), np.concatenate(chosen)
+    lowest = np.argsort(section[:, 1], kind="stable")[:count]
+    section, which = section[lowest], which[lowest]
+    packed = np.column_stack([section[:, 0], centres[which, 1], section[:, 1]])
+    return Packing(packed, radii[which], room.length)
+
+
+def capacity(room: Room, ball: Ball) -> int:
+    """Balls that `pack` finds a place for in any case: `SURE` of those expected in its loosest."""
+    largest = ball.radius + ball.radius_std * ball.truncation
+    area = _free_area(room.liner, largest + room.gap)
+    return int(SURE * FRACTIONS[-1] * area * room.length / mean_volume(ball))
+
+
+def _free_area(liner: _core.Liner, clear: float) -> float:
+    """Area of the cross-section farther than a distance [m] from the liner [m^2].
+
+    That of the liner moved inward, which cuts corners at lifter edges a little; where the grooves
+    close by that, of the points of a grid.
+    """
+    try:
+        return liner.offset(clear).area
+    except ValueError:
+        spacing = liner.radius / GRID
+        grid = spacing * np.arange(-GRID, GRID + 1)
+        points = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
+        return float((liner.nearest(points).distance >= clear).sum()) * spacing**2
+
+
+def _block(
+    room: Room, ball: Ball, count: int, random: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Centres (n, 3) and radii (n,) of a random block, and its width in x and z [m]."""
+    volume = mean_volume(ball)
+    narrowest = 2.0 * WIDTH * ball.radius
+    for fraction in FRACTIONS:
+        least = math.ceil(fraction * narrowest**2 * room.length / volume)
+        radii = draw_radii(ball, max(least, min(count, BLOCK)), random)
+        solid = 4.0 / 3.0 * math.pi * float((radii**3).sum())
+        width = math.sqrt(solid / (fraction * room.length))
+        centres = random_block(radii, np.array([width, room.length, width]), random)
+        if centres is not None:
+            return centres, radii, width
+    raise CampaignError(
+        FILE, "", f"no packing of {FRACTIONS[-1]} found in {room.length:g} m", "a longer slice"
+    )
+
+
+def periodic_tree(packing: Packing) -> tuple[cKDTree, np.ndarray]:
+    """Tree of the centres, periodic along y, and the point (3,) [m] to take off positions first.
+
+    A tree is periodic in all axes or none: in x and z the period is put out of reach, for points up
+    to a largest diameter outside the centres.
+    """
+    reach = 2.0 * packing.radii.max()
+    origin = packing.centres.min(axis=0) - reach
+    period = np.ptp(packing.centres, axis=0) + 4.0 * reach
+    origin[1], period[1] = 0.0, packing.length
+    return cKDTree(packing.centres - origin, boxsize=period), origin
+
+
+def largest_overlap(packing: Packing) -> float:
+    """Largest overlap of two balls, also across the periodic ends [m]; 0 if none overlap."""
+    if packing.length < 2.0 * packing.radii.max():
+        return float(2.0 * packing.radii.max() - packing.length)
+    return max(0.0, float(overlaps(packing)[1].max(initial=0.0)))
+
+
+def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of neighbours, (n, 2) int, and their overlaps [m], (n,) float, < 0 where they are
+    apart; all pairs up to a gap [m] apart are among them, also across the periodic ends."""
+    centres, radii = packing.centres, packing.radii
+    tree, _ = periodic_tree(packing)
+    pairs = tree.query_pairs(2.0 * radii.max() + gap, output_type="ndarray")
+    apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])
+    apart[:, 1] = np.minimum(apart[:, 1], packing.length - apart[:, 1])
+    touching = radii[pairs].sum(axis=1)
+    return pairs, touching - np.linalg.norm(apart, axis=1)
+
+
+def write_data(packing: Packing, density: float, half_box: float, path: Path) -> None:
+    """Write a packing as a data file of atom style granular: id type diameter density x y z.
+
+    Type 1 is a ball; type 2, the liner's, has none. Written under another name and renamed.
+    """
+    header = (
+        f"initial packing, SI units\n\n{len(packing.radii)} atoms\n2 atom types\n\n"
+        f"{-half_box!r} {half_box!r} xlo xhi\n0.0 {packing.length!r} ylo yhi\n"
+        f"{-half_box!r} {half_box!r} zlo zhi\n\nAtoms\n\n"
+    )
+    rows = zip((2.0 * packing.radii).tolist(), packing.centres.tolist(), strict=True)
+    lines = (
+        f"{i} 1 {diameter!r} {density!r} {x!r} {y!r} {z!r}\n"
+        for i, (diameter, (x, y, z)) in enumerate(rows, 1)
+    )
+    with writing(path) as file:
+        file.write(header.encode("ascii"))
+        file.writelines(line.encode("ascii") for line in lines)

@@ -1,0 +1,1 @@
+"""The file contract of a runs folder: layout, safe readers, digests, lock."""

@@ -1,0 +1,169 @@
+"""The JSON files of a run folder: where cases are, reading with clear errors."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from millscale.runs.analysed_case import check_case
+from millscale.runs.current import why_stale
+from millscale.runs.layout import STAGES
+from millscale.runs.untrusted import RunFolderError, is_id, read_object
+from millscale.terminal import one_line
+
+CASE, TIMING, RESULT, SERIES, LINER, STAGE = (
+    "case.json",
+    "timing.json",
+    "result.json",
+    "series.csv",
+    "liner.stl",
+    "stage.json",
+)
+SCHEMA = 1
+
+
+@dataclass(frozen=True)
+class FinishedCase:
+    """What a case folder holds once its analysis is done."""
+
+    folder: Path
+    case: dict[str, Any]
+    result: dict[str, Any]
+    timing: dict[str, Any]
+
+    @property
+    def id(self) -> str:
+        return self.case["id"]
+
+
+def read_json(path: Path, made_by: str) -> dict[str, Any]:
+    """Content of a JSON object with a known schema.
+
+    Args:
+        made_by: the command that makes the file, for the error message.
+
+    Raises:
+        RunFolderError: missing, cut short, not an object, or of another schema.
+    """
+    there = path.exists()
+    content = read_object(path, f"{'delete it, then' if there else 'make it with'}: {made_by}")
+    if content.get("schema", SCHEMA) != SCHEMA:
+        raise RunFolderError(
+            path,
+            f"schema {content['schema']!r:.60}, accepted {SCHEMA}",
+            f"delete it, then: {made_by}",
+        )
+    return content
+
+
+def load_case(folder: Path) -> dict[str, Any]:
+    """The case.json of a case folder."""
+    made_by = "millscale generate FILE --runs DIR"
+    case = read_json(folder / CASE, made_by)
+    check_case(folder / CASE, case, f"make it again with: {made_by}")
+    return case
+
+
+def load_timing(folder: Path) -> dict[str, Any]:
+    """The timing.json of a case folder."""
+    return read_json(folder / TIMING, _run(folder))
+
+
+def load_finished(folder: Path) -> FinishedCase:
+    """All JSON files of a finished case.
+
+    Raises:
+        RunFolderError: one is missing or damaged, or was not made from this case.json.
+    """
+    case = load_case(folder)
+    check_current(folder, case)
+    made_by = shlex.join(["python", "-m", "millscale.analysis.case", str(folder)])
+    result = read_json(folder / RESULT, made_by)
+    if case["kind"] == "multi-ball" and "torque_balance" not in result:
+        cause = "its torque and power are samples of single steps, made by an earlier version"
+        raise RunFolderError(folder / RESULT, cause, f"run the case again: {_run(folder)}")
+    return FinishedCase(folder, case, result, load_timing(folder))
+
+
+def finished_or_reason(folder: Path) -> FinishedCase | str:
+    """A finished case, or why it is none that can be used."""
+    if missing_products(folder):
+        return why_missing(folder)
+    try:
+        return load_finished(folder)
+    except RunFolderError as error:
+        return one_line(f"{error.path.name}: {error.cause}; {error.remedy}")
+
+
+def check_current(folder: Path, case: dict[str, Any], upto: str = "result") -> None:
+    """Refuse products that were not made from the case.json and the other files beside them.
+
+    Args:
+        upto: the last stage whose products are read.
+
+    Raises:
+        RunFolderError: says what has changed.
+    """
+    if case["kind"] in STAGES and (reason := why_stale(folder, case["kind"], upto)):
+        raise RunFolderError(folder, f"stale: {reason}", f"make it again: {_run(folder)}")
+
+
+def case_folders(runs: Path) -> list[Path]:
+    """Folders of all generated cases, in the order of campaign.json.
+
+    Raises:
+        RunFolderError: no case there.
+    """
+    remedy = "give the folder made by: millscale generate FILE --runs DIR"
+    listed = read_json(runs / "campaign.json", "millscale generate FILE --runs DIR").get("cases")
+    if listed is None:
+        found = sorted(path.parent for path in runs.glob(f"cases/*/{CASE}"))
+    else:
+        ids = [x.get("id") if isinstance(x, dict) else x for x in _as_list(listed)]
+        wrong = [x for x in ids if not is_id(x)]
+        if wrong:
+            cause = f"cases: got {repr(wrong[0])[:60]}, not the id of a case"
+            raise RunFolderError(runs / "campaign.json", cause, remedy)
+        found = [runs / "cases" / case_id for case_id in ids]
+    if not found:
+        raise RunFolderError(runs, "holds no cases", remedy)
+    return found
+
+
+def _as_list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def missing_products(folder: Path) -> list[str]:
+    """Products without which a case is not finished, in the order in which they are made."""
+    return [name for name in (CASE, SERIES, TIMING, RESULT) if not (folder / name).exists()]
+
+
+def why_missing(folder: Path) -> str:
+    """Why a case is not finished: what its last stage failed of, or which products it has not."""
+    absent = missing_products(folder)
+    try:
+        record = read_json(folder / STAGE, "")
+    except RunFolderError:
+        record = {}
+    words = [record.get(key) for key in ("stage", "cause", "advice")]
+    if record.get("state") != "failed" or not all(isinstance(x, str) for x in words):
+        return f"no {', '.join(absent)} yet"
+    return one_line(f"{words[0]} failed: {words[1]}" + (f"; to do: {words[2]}" if words[2] else ""))
+
+
+def _run(folder: Path) -> str:
+    runs = shlex.quote(str(folder.parent.parent))
+    return f"millscale run FILE --runs {runs} --only {shlex.quote(folder.name)}"
+
+
+def verify_line(runs: Path) -> str:
+    """The command that finds damaged files of a runs folder."""
+    return shlex.join(["millscale", "verify", str(runs)])
+
+
+def is_physical(S: float) -> bool:
+    """Whether S is that of the physical mill."""
+    return abs(S - 1.0) < 1e-9

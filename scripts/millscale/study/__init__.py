@@ -1,0 +1,1 @@
+"""Parameter studies: speed against error over settings of a campaign."""

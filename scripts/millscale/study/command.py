@@ -1,0 +1,168 @@
+"""`millscale study`: brings the settings of a study to their results and compares them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from millscale.engine.machine import CoreWish
+from millscale.engine.record import provenance
+from millscale.errors import CampaignError, nearest
+from millscale.runs.case_folder import RunFolderError, read_json
+from millscale.runs.lock import hold
+from millscale.runs.writing import write_json
+from millscale.study.file import Setting, StudyFile, load_study
+from millscale.study.folders import Places, found_cases, record, write_setting
+from millscale.study.page import REPORT, RESULTS, build_study
+from millscale.study.plan import render, study_plan
+from millscale.study.results import published, with_study
+from millscale.study.tables import tables
+from millscale.workflow.display import duration
+from millscale.workflow.placement import OPEN, campaign_time
+from millscale.workflow.run_command import Request, check_free_disk, request, run_campaign
+
+
+@dataclass(frozen=True)
+class StudyCall:
+    """What was asked for.
+
+    Attributes:
+        runs: folder of the study; None with `plan` if it is not to be looked at.
+        others: runs folders whose finished cases are taken.
+        only: names of settings to run, or patterns with `*`; empty for every setting.
+        no_run: compare what is finished.
+        to: file to put the results into as well.
+    """
+
+    file: Path
+    runs: Path | None
+    others: tuple[Path, ...] = ()
+    only: tuple[str, ...] = ()
+    cores: CoreWish = OPEN
+    ignore_disk: bool = False
+    no_run: bool = False
+    to: Path | None = None
+
+
+def plan(call: StudyCall) -> list[dict[str, Any]]:
+    """Rows of `plan.study_plan`; writes nothing."""
+    study = load_study(call.file)
+    # No folder: nothing is finished, but in the others.
+    places = Places(call.runs or Path("/nonexistent"), call.others)
+    places.check()
+    chosen = {setting.name for setting in _chosen(study, call.only)}
+    found = {s.name: found_cases(study, s, places) for s in study.settings}
+    return [row for row in study_plan(study, found) if row["setting"] in chosen]
+
+
+def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, dict[str, Any]]:
+    """Run what is missing, write the page; whether all cases have their results, and the results.
+
+    Raises:
+        CampaignError: what was asked for cannot be done, or nothing can be compared.
+    """
+    study = load_study(call.file)
+    places = Places(call.runs, call.others)
+    places.check()
+    chosen = _chosen(study, call.only)
+    content = _content_of(call.to) if call.to else None
+    done = True
+    with hold(places.runs):
+        record(study, places)
+        if not call.no_run:
+            done = _run_settings(study, chosen, places, call, console)
+            record(study, places)
+        about = provenance()
+        results = _compared(places.runs, about)
+    if call.to:
+        write_json(call.to, with_study(content, published([results], about)))
+    for part in tables(results):
+        console.print(part)
+    console.print(f"page: {places.runs / REPORT / 'index.html'}", markup=False, highlight=False)
+    return done, results
+
+
+def results_text(call: StudyCall) -> str:
+    """speed-against-error.json of a study that has been compared."""
+    return (call.runs / REPORT / RESULTS).read_text(encoding="utf-8").rstrip("\n")
+
+
+def _run_settings(
+    study: StudyFile, chosen: Sequence[Setting], places: Places, call: StudyCall, console: Console
+) -> bool:
+    """Run the cases that are finished nowhere, a setting after the other; what a setting fails of
+    does not stop the others."""
+    done = True
+    for number, setting in enumerate(chosen, 1):
+        # Looked for anew each time: an earlier setting may just have made the same case.
+        asked = _request(study, setting, places, call.cores)
+        title = f"setting {number} of {len(chosen)}, {setting.name}"
+        if asked is None:
+            console.print(f"{title}: done", markup=False, highlight=False)
+            continue
+        time = duration(campaign_time(asked.cases, asked.allocation, asked.rates))
+        told = f"{title}: {len(asked.cases)} of {len(setting.cases)} cases, about {time}"
+        console.print(told, markup=False, highlight=False)
+        if not call.ignore_disk:
+            check_free_disk(asked)
+        done &= run_campaign(asked, console)
+    return done
+
+
+def _request(study: StudyFile, setting: Setting, places: Places, cores: CoreWish) -> Request | None:
+    """What of a setting is still to run; None if nothing is."""
+    found = found_cases(study, setting, places)
+    left = [case.id for case in setting.cases if case.id not in found]
+    folder = places.of(setting)
+    file = write_setting(setting, folder)
+    return request(file, folder, left, cores) if left else None
+
+
+def _compared(runs: Path, about: dict[str, Any]) -> dict[str, Any]:
+    try:
+        return build_study(runs, about)
+    except RunFolderError as error:
+        raise CampaignError(error.path, "", error.cause, error.remedy) from None
+
+
+def _content_of(file: Path) -> dict[str, Any]:
+    """speed-against-error.json as it stands, or an empty one."""
+    if not file.exists():
+        if not file.parent.is_dir():
+            raise CampaignError("millscale study", "--to", f"no folder {file.parent}", "a file")
+        return published([], {})
+    try:
+        content = read_json(file, "millscale study --to")
+    except RunFolderError as error:
+        raise CampaignError(file, "", error.cause, error.remedy) from None
+    if not isinstance(content.get("rows"), list) or not isinstance(content.get("studies"), dict):
+        cause = "not a file of millscale study --to"
+        raise CampaignError(file, "", cause, "another file, or delete it")
+    return content
+
+
+def _chosen(study: StudyFile, only: Sequence[str]) -> list[Setting]:
+    names = [setting.name for setting in study.settings]
+    for pattern in only:
+        if not any(fnmatchcase(name, pattern) for name in names):
+            near = nearest(pattern, names) or names[0]
+            cause = f"no setting {pattern}, nearest is {near}"
+            raise CampaignError("millscale study", "--only", cause, ", ".join(names))
+    return [
+        setting
+        for setting in study.settings
+        if not only or any(fnmatchcase(setting.name, pattern) for pattern in only)
+    ]
+
+
+def plan_text(rows: list[dict[str, Any]]) -> str:
+    return json.dumps(rows, indent=1, allow_nan=False)
+
+
+__all__ = ["StudyCall", "plan", "plan_text", "render", "results_text", "run_and_compare"]

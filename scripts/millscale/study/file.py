@@ -1,0 +1,193 @@
+"""A study file: settings of one campaign, of which one is the reference the others are told by.
+
+A setting is an ordinary campaign: the base file with the changes of [all] and then its own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from millscale.campaign.build import NAME, campaign_name, campaign_of
+from millscale.campaign.campaign import Campaign
+from millscale.campaign.keys import REQUIRED, SECTIONS, Key
+from millscale.campaign.reader import parse_toml, read_section, unknown_word
+from millscale.cases.case import Case, cases_of
+from millscale.errors import CampaignError, nearest
+
+Tree = dict[str, Any]
+MOST_SETTINGS = 1000
+# A study has no use for single balls: what is compared is the shape and the power of a charge.
+LEFT_OUT = "single_ball"
+
+STUDY_KEYS = {
+    "name": Key("text", "lower-case letters, digits and hyphens; default: the file's name"),
+    "about": Key("text", "one line for the page", ""),
+    "base": Key("text", "campaign file, from the folder of the study file", REQUIRED),
+    "reference": Key("text", "name of the setting that is taken for the truth", REQUIRED),
+    "default": Key("text", "name of the setting that is compared with stock", REQUIRED),
+}
+SETTING_KEYS = {
+    "name": Key("text", "of the setting, lower-case letters, digits and hyphens", REQUIRED),
+    "about": Key("text", "what it is for, a line for the page", ""),
+}
+WITHOUT = "without"
+WITHOUT_KEYS = {
+    WITHOUT: Key("text", "keys of the base that are left out, as multi_ball.count", (), many=True)
+}
+_PARTS = ("study", "all", "setting")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of the accuracy knobs.
+
+    Attributes:
+        tree: content of its campaign file.
+        campaign: the same, checked and resolved.
+    """
+
+    name: str
+    about: str
+    tree: Tree
+    campaign: Campaign
+    cases: tuple[Case, ...]
+
+    def text(self) -> str:
+        """Its campaign file."""
+        return toml_text(self.tree)
+
+
+@dataclass(frozen=True)
+class StudyFile:
+    """A checked study file; `reference` and `default` are names of settings."""
+
+    file: Path
+    name: str
+    about: str
+    reference: str
+    default: str
+    settings: tuple[Setting, ...]
+
+
+def load_study(path: str | Path) -> StudyFile:
+    """The study a TOML file describes, every setting checked as a campaign.
+
+    Raises:
+        CampaignError: the study file, its base or a setting is not accepted.
+    """
+    path = Path(path)
+    tree = parse_toml(path)
+    for word in tree:
+        if word not in _PARTS:
+            raise unknown_word(path, word, "", dict.fromkeys(_PARTS))
+    head = read_section(path, "study", _section(path, "study", tree.get("study", {})), STUDY_KEYS)
+    entries = tree.get("setting", [])
+    if not isinstance(entries, list) or not 2 <= len(entries) <= MOST_SETTINGS:
+        got = f"got {len(entries)}" if isinstance(entries, list) else "got no list"
+        accepted = f"2 to {MOST_SETTINGS} settings, each written [[setting]]"
+        raise CampaignError(path, "setting", got, accepted)
+    base = _base(path, head["base"])
+    changed = merged(path, "all", base, tree.get("all", {}))
+    settings = [_setting(path, entry, i, changed) for i, entry in enumerate(entries)]
+    _check_names(path, head, [setting.name for setting in settings])
+    return StudyFile(
+        path,
+        campaign_name(path, "study.name", head["name"]),
+        head["about"],
+        head["reference"],
+        head["default"],
+        tuple(settings),
+    )
+
+
+def _base(path: Path, name: str) -> Tree:
+    base = parse_toml(path.parent / name)
+    if "multi_ball" not in base:
+        cause = f"got {name}, which has no [multi_ball]"
+        raise CampaignError(path, "study.base", cause, "the campaign of a charge")
+    return {section: content for section, content in base.items() if section != LEFT_OUT}
+
+
+def merged(path: Path, where: str, base: Tree, changes: Any) -> Tree:
+    """A campaign with some keys left out and some changed; neither argument is.
+
+    Raises:
+        CampaignError: the changes are not sections of keys, or a key to leave out is not there.
+    """
+    result = {name: dict(c) if isinstance(c, Mapping) else c for name, c in base.items()}
+    changes = dict(_section(path, where, changes))
+    left_out = {key: value for key, value in changes.items() if key == WITHOUT}
+    for key in read_section(path, where, left_out, WITHOUT_KEYS)[WITHOUT]:
+        section, _, name = key.partition(".")
+        if name not in result.get(section, {}):
+            cause = f'got "{key}", which the base does not have'
+            raise CampaignError(path, f"{where}.{WITHOUT}", cause, "SECTION.KEY of the base")
+        del result[section][name]
+    changes.pop(WITHOUT, None)
+    for name, content in changes.items():
+        if name not in SECTIONS or name == LEFT_OUT:
+            known = {key: None for key in SECTIONS if key != LEFT_OUT}
+            raise unknown_word(path, name, where, known)
+        if not isinstance(content, Mapping):
+            cause = f"got {content!r:.60}"
+            raise CampaignError(path, f"{where}.{name}", cause, f"a key of it, {name}.KEY = ...")
+        result[name] = {**result.get(name, {}), **content}
+    return result
+
+
+def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
+    entry = _section(path, f"setting {index + 1}", entry)
+    told = {key: value for key, value in entry.items() if key in SETTING_KEYS}
+    about = read_section(path, f"setting {index + 1}", told, SETTING_KEYS)
+    name = about["name"]
+    if not NAME.fullmatch(name) or len(name) > 64:
+        accepted = "up to 64 lower-case letters, digits and single hyphens, such as step-1e-4"
+        raise CampaignError(path, f"setting {index + 1}.name", f'got "{name}"', accepted)
+    where = f'setting "{name}"'
+    changes = {key: value for key, value in entry.items() if key not in SETTING_KEYS}
+    tree = merged(path, where, base, changes)
+    tree["campaign"] = {"name": name, "about": about["about"]}
+    try:
+        campaign = campaign_of(path, tree)
+        cases = tuple(cases_of(campaign))
+    except CampaignError as error:
+        key = f"{where}: {error.key}".rstrip(": ")
+        raise CampaignError(path, key, error.cause, error.accepted) from None
+    return Setting(name, about["about"], tree, campaign, cases)
+
+
+def _check_names(path: Path, head: Mapping[str, str], names: list[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise CampaignError(
+                path, f"setting {i + 1}.name", f'"{name}" is given twice', "a name of its own"
+            )
+    for role in ("reference", "default"):
+        if head[role] not in names:
+            near = nearest(head[role], names)
+            cause = f'got "{head[role]}"' + (f', nearest is "{near}"' if near else "")
+            raise CampaignError(path, f"study.{role}", cause, "a setting: " + ", ".join(names))
+
+
+def _section(path: Path, where: str, content: Any) -> Mapping[str, Any]:
+    if not isinstance(content, Mapping):
+        raise CampaignError(path, where, f"got {content!r:.60}", "keys, a line each")
+    return content
+
+
+def toml_text(tree: Tree) -> str:
+    """A campaign of sections of plain values and lists as TOML."""
+    sections = []
+    for name, content in tree.items():
+        lines = [f"{key} = {_value(value)}" for key, value in content.items()]
+        sections.append("\n".join([f"[{name}]", *lines]))
+    return "\n\n".join(sections) + "\n"
+
+
+def _value(value: Any) -> str:
+    """JSON writes numbers, lists and printable text as TOML does."""
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,143 @@
+"""Where the cases of a study lie: in its own runs folder, or finished in another.
+
+A case is the same wherever it lies if its case.json agrees in all that decides it; its id and the
+name of its campaign do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from millscale.cases.case import Case
+from millscale.cases.generate import changed_cases
+from millscale.errors import CampaignError
+from millscale.runs.case_check import read_case
+from millscale.runs.case_digest import case_identity
+from millscale.runs.current import unfinished
+from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
+from millscale.runs.untrusted import MOST_JSON, read_text
+from millscale.runs.writing import write_json, write_text
+from millscale.study.file import Setting, StudyFile
+
+SETTINGS_FOLDER = "settings"
+STUDY_JSON = "study.json"
+SETTING_FILE = "setting.toml"
+
+
+@dataclass(frozen=True)
+class Places:
+    """Folders of a study.
+
+    Attributes:
+        runs: the study's own.
+        others: runs folders of campaigns, whose finished cases are taken instead of run.
+    """
+
+    runs: Path
+    others: tuple[Path, ...] = ()
+
+    def of(self, setting: Setting) -> Path:
+        """Runs folder of a setting."""
+        return self.runs / SETTINGS_FOLDER / setting.name
+
+    def check(self) -> None:
+        """Refuse a folder to take cases from that holds none.
+
+        Raises:
+            CampaignError: not a runs folder.
+        """
+        for folder in self.others:
+            if not (folder / CAMPAIGN_FILE).exists():
+                cause = f"got {folder}, which has no {CAMPAIGN_FILE}"
+                raise CampaignError("millscale study", "--from", cause, "a folder of millscale run")
+
+
+def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str, Path]:
+    """Folders of the cases of a setting that are finished, by id: its own, or else one of the same
+    content in another setting or another runs folder."""
+    own = places.of(setting)
+    changed = changed_cases(list(setting.cases), own)
+    found = {
+        case.id: own / CASES_FOLDER / case.id
+        for case in setting.cases
+        if case.id not in changed and _is_finished(own / CASES_FOLDER / case.id)
+    }
+    wanted = {identity(x): x.id for x in setting.cases if x.id not in found}
+    others = [places.of(other) for other in study.settings if other is not setting]
+    for folder in _case_folders([*places.others, *others]) if wanted else ():
+        case_id = wanted.get(_identity_at(folder))
+        if case_id and case_id not in found and _is_finished(folder):
+            found[case_id] = folder
+    return found
+
+
+def identity(case: Case) -> str:
+    """Hash of all that decides a case but its names."""
+    return case_identity(case.document)
+
+
+def record(study: StudyFile, places: Places) -> None:
+    """Write study.json: the settings and where their cases lie, for the analysis. Cases that are
+    not finished are named with their own folder."""
+    settings = []
+    for setting in study.settings:
+        found = found_cases(study, setting, places)
+        own = places.of(setting)
+        cases = [
+            {
+                "id": x.id,
+                "folder": _from(places.runs, found.get(x.id, own / CASES_FOLDER / x.id)),
+                "identity": identity(x),
+            }
+            for x in setting.cases
+        ]
+        settings.append(
+            {
+                "name": setting.name,
+                "about": setting.about,
+                "cases": cases,
+            }
+        )
+    content = {
+        "schema": 1,
+        "name": study.name,
+        "about": study.about,
+        "file": study.file.name,
+        "reference": study.reference,
+        "default": study.default,
+        "settings": settings,
+    }
+    write_json(places.runs / STUDY_JSON, content)
+
+
+def write_setting(setting: Setting, folder: Path) -> Path:
+    """Write the campaign file of a setting into its runs folder, if it is not there yet."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file, text = folder / SETTING_FILE, setting.text()
+    if not file.exists() or read_text(file, MOST_JSON, "remove it") != text:
+        write_text(file, text)
+    return file
+
+
+def _from(runs: Path, folder: Path) -> str:
+    """A folder as seen from the study's, if it lies in it."""
+    runs, folder = runs.resolve(), folder.resolve()
+    return str(folder.relative_to(runs) if folder.is_relative_to(runs) else folder)
+
+
+def _case_folders(runs: Sequence[Path]) -> Iterable[Path]:
+    for folder in runs:
+        yield from sorted(path.parent for path in folder.glob(f"{CASES_FOLDER}/*/{CASE_FILE}"))
+
+
+def _identity_at(folder: Path) -> str | None:
+    try:
+        return identity(Case(read_case(folder / CASE_FILE)))
+    except CampaignError:
+        return None
+
+
+def _is_finished(folder: Path) -> bool:
+    return not unfinished(folder, "multi-ball")

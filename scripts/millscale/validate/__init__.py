@@ -1,0 +1,1 @@
+"""Validation in the engine: hard cases, time step, energy budget, torque."""

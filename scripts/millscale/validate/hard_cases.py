@@ -1,0 +1,185 @@
+"""`python -m millscale.validate.hard_cases [--only WORDS] [--path NAME ...]`: runs the hard cases
+and writes docs/results/hard-cases.json and docs/hard-cases.md."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from millscale.engine.record import provenance
+from millscale.runs.untrusted import read_object
+from millscale.runs.writing import write_json, write_text
+from millscale.validate.cases import CASES, Case, Mill, base_campaign, mill_of
+from millscale.validate.deck import PATHS, run_case
+from millscale.validate.hard_cases_page import page
+from millscale.validate.scenes import balls_of
+from millscale.validate.verdict import STABLE, Measured, energy_error, measure, verdict
+
+# Shares of the Rayleigh time. The first are resolved: they differ by chaos, not by the step, and
+# their mean is the reference.
+RESOLVED = (0.05, 0.1)
+LADDER = (*RESOLVED, 0.2, 0.4)
+SEED = 1
+ORDER = [case.name for case in CASES]
+# The engine's mesh wall takes a fifth of a millisecond a step.
+STOCK_STEPS = 100_000
+
+
+class Study:
+    """Runs of one case on one path."""
+
+    def __init__(self, case: Case, path: str, folder: Path):
+        if path == "stock" and case.steps:
+            case = replace(case, steps=min(case.steps, STOCK_STEPS))
+        self.case, self.path = case, path
+        self._folder = folder
+        self._mill = mill_of(case, base_campaign())
+        self._found: dict[float, Measured] = {}
+
+    def run(self, share: float) -> None:
+        """A run at a share of the Rayleigh time."""
+        balls = balls_of(self.case, self._mill, SEED)
+        step = share * self._mill.rayleigh_time
+        folder = self._folder / f"{share:g}"
+        ran = run_case(folder, self.case, self._mill, balls, self.path, step)
+        self._found[share] = measure(self.case, self._mill, balls, ran)
+
+    def rows(self) -> list[dict]:
+        """The ladder, and one step more between the last stable and the first that is not."""
+        for share in self.case.only or LADDER:
+            self.run(share)
+        rows = self._rows()
+        bad = next((k for k, r in enumerate(rows) if r["verdict"] != STABLE), 0)
+        if bad > 0:
+            low, high = (rows[k]["dt_over_rayleigh"] for k in (bad - 1, bad))
+            self.run(round((low * high) ** 0.5, 4))
+        return self._rows()
+
+    def reference(self) -> float:
+        """Mean energy of the resolved runs that came to their end; NaN if none did."""
+        energies = [self._found[s].energy for s in RESOLVED if s in self._found]
+        ended = [e for e in energies if np.isfinite(e)]
+        return float(np.mean(ended)) if ended else float("nan")
+
+    def scatter(self) -> float | None:
+        """Largest energy error of a resolved run."""
+        errors = [r["energy_error"] for r in self._rows() if r["dt_over_rayleigh"] in RESOLVED]
+        return max((e for e in errors if e is not None), default=None)
+
+    def _rows(self) -> list[dict]:
+        return [self._row(share, self._found[share]) for share in sorted(self._found)]
+
+    def _row(self, share: float, found: Measured) -> dict:
+        error = energy_error(self.case, found, self.reference())
+        numbers = {
+            "energy_error": error,
+            "max_overlap": found.max_overlap,
+            "spin_noise": found.spin_noise,
+        }
+        return {
+            "case": self.case.name,
+            **step_of(self._mill, self.path, share),
+            **{k: float(v) if np.isfinite(v) else None for k, v in numbers.items()},
+            "lost": found.lost,
+            "stopped_by": found.stopped_by,
+            "verdict": verdict(self.case, found, error),
+        }
+
+
+def step_of(mill: Mill, path: str, share: float) -> dict:
+    """A step on a path, as part of a row: a share of the Rayleigh time."""
+    step = share * mill.rayleigh_time
+    return {
+        "path": path,
+        "dt": step,
+        "dt_over_rayleigh": share,
+        "dt_over_damping_limit": step / mill.damping_limit(PATHS[path].bounded),
+    }
+
+
+def turn_of(rows: list[dict]) -> dict:
+    """Of one case and path: the largest step up to which all is stable, the first that is not."""
+    bad = next((r for r in rows if r["verdict"] != STABLE), None)
+    good = [r for r in rows if bad is None or r["dt"] < bad["dt"]]
+    return {
+        "case": rows[0]["case"],
+        "path": rows[0]["path"],
+        "stable_up_to": good[-1]["dt_over_rayleigh"] if good else None,
+        "turns_by": bad["dt_over_rayleigh"] if bad else None,
+        "turns_to": bad["verdict"] if bad else None,
+        "rayleigh_s": rows[0]["dt"] / rows[0]["dt_over_rayleigh"],
+        "damping_limit_over_rayleigh": rows[0]["dt_over_rayleigh"]
+        / rows[0]["dt_over_damping_limit"],
+    }
+
+
+def run_all(cases: tuple[Case, ...], paths: tuple[str, ...], before: dict) -> Iterator[dict]:
+    """Rows and turns of the cases on the paths, after each case those so far.
+
+    Args:
+        before: results, of which those of other cases and paths are kept.
+    """
+    rows, turns = (list(kept(before.get(part, []), cases, paths)) for part in ("rows", "turns"))
+    began = time.time()
+    for case in cases:
+        for path in paths:
+            with tempfile.TemporaryDirectory(prefix="hard-case-") as folder:
+                study = Study(case, path, Path(folder))
+                own = study.rows()
+                rows += own
+                turns.append(turn_of(own) | {"scatter": study.scatter()})
+            until = turns[-1]["turns_by"] or "never"
+            print(
+                f"{time.time() - began:5.0f} s  {case.name}, {path}: turns by {until}", flush=True
+            )
+        yield {"schema": 1, "rows": in_order(rows), "turns": in_order(turns)}
+
+
+def kept(rows: list[dict], cases: tuple[Case, ...], paths: tuple[str, ...]) -> Iterator[dict]:
+    """Rows or turns of known cases and paths that are not run again."""
+    again = {(case.name, path) for case in cases for path in paths}
+    for row in rows:
+        known = row["case"] in ORDER and row["path"] in PATHS
+        if known and (row["case"], row["path"]) not in again:
+            yield row
+
+
+def in_order(rows: list[dict]) -> list[dict]:
+    """As the tables of cases and paths have them."""
+    paths = list(PATHS)
+    return sorted(rows, key=lambda row: (ORDER.index(row["case"]), paths.index(row["path"])))
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("--docs", type=Path, default=Path("docs"))
+    arguments.add_argument(
+        "--only", default="", help="cases whose name holds these words; keeps the others' results"
+    )
+    arguments.add_argument(
+        "--path", nargs="+", choices=PATHS, default=tuple(PATHS), help="keeps the others' results"
+    )
+    given = arguments.parse_args()
+    cases = tuple(case for case in CASES if given.only in case.name)
+    record = provenance() | {"command": "python -m millscale.validate.hard_cases"}
+    file = given.docs / "results" / "hard-cases.json"
+    before = read_object(file, "remove it") if file.exists() else {}
+    for found in run_all(cases, tuple(given.path), before):
+        write(given.docs, found | {"provenance": record})
+
+
+def write(docs: Path, document: dict) -> None:
+    """The results and the page made of them."""
+    (docs / "results").mkdir(parents=True, exist_ok=True)
+    write_json(docs / "results" / "hard-cases.json", document)
+    write_text(docs / "hard-cases.md", page(document))
+
+
+if __name__ == "__main__":
+    main()

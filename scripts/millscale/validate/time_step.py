@@ -1,0 +1,218 @@
+"""`python -m millscale.validate.time_step STUDY_FOLDER`: what the time step does to a collision, a
+bed at rest and to the S = 2.6 mill; writes docs/results/time-step.json, its picture and
+docs/time-step.md.
+
+The mill is not run here: its rows are those settings of a finished `campaigns/study-S2.6.toml` that
+differ in nothing but time step and contact path.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from millscale.engine.record import provenance
+from millscale.runs.case_folder import (
+    CASE,
+    STAGE,
+    FinishedCase,
+    RunFolderError,
+    finished_or_reason,
+    read_json,
+)
+from millscale.runs.writing import write_json, write_text
+from millscale.study.page import REPORT, RESULTS
+from millscale.study.results import STUDY
+from millscale.validate.cases import CASES, REST, Mill, base_campaign, mill_of
+from millscale.validate.collision import collide, contact_time
+from millscale.validate.deck import PATHS, run_case
+from millscale.validate.hard_cases import SEED, step_of
+from millscale.validate.scenes import balls_of
+from millscale.validate.time_step_page import draw, page
+from millscale.validate.verdict import measure
+
+Row = dict[str, Any]
+# Shares of the Rayleigh time. A collision at the first is the law without the step's error.
+EXACT = 0.005
+LADDER = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+BED = next(case for case in CASES if case.kind == REST and case.steps is None)
+# Of the dimensionless means of a result.json.
+MEANS = ("kinetic", "kinetic_rotation", "power", "centre_z")
+ERRORS = ("contour", "curtain", "power")
+# What must be the same for two settings to differ in step and path alone.
+_SAME = (("material",), ("ball",), ("mill",), ("wall", "chord_error_m"))
+
+
+def collisions(mill: Mill) -> Iterator[Row]:
+    """A row for each path, kind of collision and step."""
+    for path in PATHS:
+        for kind in ("head-on", "oblique"):
+            for share in (EXACT, *LADDER):
+                step = share * mill.rayleigh_time
+                with tempfile.TemporaryDirectory(prefix="collision-") as folder:
+                    found = collide(Path(folder) / "c", mill, path, step, kind == "oblique")
+                yield {
+                    "scene": "collision",
+                    "kind": kind,
+                    **step_of(mill, path, share),
+                    "steps_per_contact": contact_time(mill) / step,
+                    **vars(found),
+                }
+
+
+def beds(mill: Mill) -> Iterator[Row]:
+    """A row for each path and step: a bed that should come to rest."""
+    balls = balls_of(BED, mill, SEED)
+    for path in PATHS:
+        for share in LADDER:
+            step = share * mill.rayleigh_time
+            with tempfile.TemporaryDirectory(prefix="bed-") as folder:
+                ran = run_case(Path(folder) / "b", BED, mill, balls, path, step)
+            found = measure(BED, mill, balls, ran)
+            numbers = {
+                "kinetic_left": found.energy,  # over N m g a
+                "spin_noise": found.spin_noise,
+                "max_overlap": found.max_overlap,
+            }
+            yield {
+                "scene": "bed",
+                **step_of(mill, path, share),
+                **{key: x if np.isfinite(x) else None for key, x in numbers.items()},
+                "stopped_by": found.stopped_by,
+            }
+
+
+def mills(study: Path) -> Iterator[Row]:
+    """A row for each setting of a study that differs from its reference in step and path alone.
+
+    Raises:
+        RunFolderError: not the folder of a finished study.
+    """
+    about = read_json(study / STUDY, "millscale study")
+    told = read_json(study / REPORT / RESULTS, "millscale study")
+    errors = {row["setting"]: row for row in told["rows"]}
+    folders = {
+        setting["name"]: [study / entry["folder"] for entry in setting["cases"]]
+        for setting in about["settings"]
+    }
+    of_reference = _finished(folders[about["reference"]])
+    reference = of_reference[0].case
+    base = {key: _mean(of_reference, key) for key in MEANS}
+    for name, places in folders.items():
+        begun = [place for place in places if (place / CASE).exists()]
+        if not begun:
+            continue
+        case = read_json(begun[0] / CASE, "millscale study")
+        path = path_of(case)
+        if path is None or any(_at(case, key) != _at(reference, key) for key in _SAME):
+            continue
+        cases, time = _finished(places), case["time"]
+        if not cases and all(_stopped(place) is None for place in begun):
+            continue
+        row = {
+            "scene": "mill",
+            "setting": name,
+            "path": path,
+            "dt": time["step_s"],
+            "dt_over_rayleigh": time["rayleigh_fraction"],
+            "dt_over_damping_limit": time["limit_fraction"],
+            "steps_per_contact": time["steps_per_contact"],
+            "seeds": len(cases),
+            "stopped_by": [cause for cause in map(_stopped, begun) if cause],
+            "is_reference": name == about["reference"],
+        }
+        yield row | (_told(cases, base, errors[name]) if cases and name in errors else {})
+
+
+def _told(cases: Sequence[FinishedCase], base: Row, of_study: Row) -> Row:
+    """What finished seeds tell of a setting."""
+    return {
+        **{key: _compared(cases, key, base[key]) for key in MEANS},
+        "errors": {key: of_study["errors"][key] for key in ERRORS},
+        "max_overlap": max(one.result["largest_overlap_over_radius"] for one in cases),
+        "time_s": of_study["time_s"],
+    }
+
+
+def _finished(places: Sequence[Path]) -> list[FinishedCase]:
+    found = [finished_or_reason(place) for place in places]
+    return [case for case in found if not isinstance(case, str)]
+
+
+def _stopped(place: Path) -> str | None:
+    """Why the rotation of a case failed; None if it did not."""
+    try:
+        record = read_json(place / STAGE, "millscale study")
+    except RunFolderError:
+        return None
+    return record["cause"] if record.get("state") == "failed" else None
+
+
+def path_of(case: Row) -> str | None:
+    """The path of PATHS a case takes; None for another pairing of contacts and wall."""
+    deck, wall = case["deck"], case["wall"]["kind"]
+    if deck["surface"] == "default":
+        return "stock" if wall == "mesh" else None
+    if wall != "analytic":
+        return None
+    if deck["tangential_damping"] != "bounded":
+        return "plain"
+    return "mixed" if deck.get("precision") == "mixed" else "default"
+
+
+def _at(case: Row, key: tuple[str, ...]) -> Any:
+    value: Any = case
+    for part in key:
+        value = value.get(part) if isinstance(value, dict) else None
+    return value
+
+
+def _mean(cases, key: str) -> float:
+    return float(np.mean([one.result["dimensionless"][key] for one in cases]))
+
+
+def _compared(cases, key: str, base: float) -> Row:
+    """Mean over the seeds, relative difference from the reference, range of the seeds over it."""
+    values = [one.result["dimensionless"][key] for one in cases]
+    mean = float(np.mean(values))
+    return {
+        "mean": mean,
+        "difference": (mean - base) / abs(base),
+        "range_of_seeds": (max(values) - min(values)) / abs(base),
+    }
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__)
+    arguments.add_argument("study", type=Path, help="of campaigns/study-S2.6.toml")
+    arguments.add_argument("--docs", type=Path, default=Path("docs"))
+    given = arguments.parse_args()
+    mill = mill_of(BED, base_campaign())
+    try:
+        rows = list(mills(given.study))
+    except RunFolderError as error:
+        raise SystemExit(f"error: {error}") from None
+    print(f"{len(rows)} settings of the mill", flush=True)
+    for told in (collisions(mill), beds(mill)):
+        for row in told:
+            rows.append(row)
+            print(row["scene"], row["path"], f"{row['dt_over_rayleigh']:g} T_R", flush=True)
+    record = provenance() | {"command": "python -m millscale.validate.time_step runs/study-S2.6"}
+    document = {"schema": 1, "restitution": mill.restitution[0], "rows": rows}
+    write(given.docs, document | {"provenance": record})
+
+
+def write(docs: Path, document: Row) -> None:
+    """The results, their picture, and the page made of them."""
+    write_json(docs / "results" / "time-step.json", document)
+    draw(document["rows"], docs / "results" / "time-step.png")
+    write_text(docs / "time-step.md", page(document))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""What a run of a hard case is worth: energy error, overlap, spin noise, lost balls, verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from millscale.validate.cases import IMPACT, REST, Case, Mill
+from millscale.validate.deck import SERIES, Ran
+from millscale.validate.scenes import DEEP, Balls
+
+STABLE, INACCURATE, UNSTABLE = "stable", "inaccurate", "unstable"
+# The mean kinetic energy of a few hundred balls over a quarter of a second differs by up to 7 %
+# between resolved runs (`scatter` of the results): twice that. Of a blow the share of its energy,
+# of a bed at rest the share of m g a of each ball.
+ENERGY_LIMIT = {"mill": 0.15, IMPACT: 0.05, REST: 1e-3}
+# Beyond it Hertz's law, made for small overlaps, says little.
+OVERLAP_LIMIT = 0.30
+# Speed of the surface that changes sign from step to step, over that of a fall by half a radius:
+# a tenth of it is felt by Coulomb's limit of a resting contact.
+SPIN_LIMIT = 0.10
+_COLUMN = {name: k for k, name in enumerate(SERIES)}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One run. Energies are those of `energy`, whose meaning depends on the case's kind."""
+
+    energy: float
+    max_overlap: float  # over the smallest radius
+    spin_noise: float
+    lost: int
+    stopped_by: str | None
+
+
+def measure(case: Case, mill: Mill, balls: Balls, ran: Ran) -> Measured:
+    """Numbers of a run; NaN where it did not get that far."""
+    series, radius = ran.series, mill.radii[-1]
+    count = len(balls.radius)
+    if not len(series):
+        return Measured(np.nan, np.nan, np.nan, 0, ran.stopped_by)
+    present = count + (1 if balls.late is not None else 0)
+    last = series[-1, _COLUMN["balls"]]
+    done = ran.stopped_by is None
+    return Measured(
+        _energy(case, mill, balls, series) if done else np.nan,
+        float(series[:, _COLUMN["overlap"]].max() / radius),
+        spin_noise(ran.spins, mill) if done else np.nan,
+        int(present - last) if done else max(0, int(count - last)),
+        ran.stopped_by,
+    )
+
+
+def _energy(case: Case, mill: Mill, balls: Balls, series: np.ndarray) -> float:
+    """Of a mill the mean kinetic energy of the second half [J]; of a blow the kinetic energy left
+    over that put in; of a bed at rest the kinetic energy left over N m g a."""
+    kinetic = series[:, _COLUMN["translation"]] + series[:, _COLUMN["rotation"]]
+    if case.kind == IMPACT:
+        return float(kinetic[-1] / energy_put_in(mill, balls))
+    if case.kind == REST:
+        weight = mass(mill, balls.radius).sum() * mill.gravity * mill.radii[0]
+        return float(kinetic[-len(kinetic) // 10 :].max() / weight)
+    return float(kinetic[len(kinetic) // 2 :].mean())
+
+
+def mass(mill: Mill, radius: np.ndarray) -> np.ndarray:
+    """(n,) [kg]."""
+    return 4.0 / 3.0 * np.pi * mill.density * radius**3
+
+
+def energy_put_in(mill: Mill, balls: Balls) -> float:
+    """Kinetic energy of the blow, or elastic energy of the balls that begin in each other [J]."""
+    thrown = balls.late or balls
+    kinetic = 0.5 * mass(mill, thrown.radius) @ (thrown.velocity**2).sum(axis=1)
+    if kinetic > 0.0:
+        return float(kinetic)
+    radius = mill.radii[0]
+    young = 0.5 * mill.youngs_modulus / (1.0 - mill.poisson_ratio**2)
+    each = 8.0 / 15.0 * young * np.sqrt(0.5 * radius) * (DEEP * radius) ** 2.5
+    return float(each * _contacts(balls, mill))
+
+
+def _contacts(balls: Balls, mill: Mill) -> int:
+    """Touching pairs, those over the periodic seam too."""
+    apart = balls.position[:, None] - balls.position[None]
+    found = 0
+    for seam in (-mill.length, 0.0, mill.length):
+        distance = np.linalg.norm(apart + np.array([0.0, seam, 0.0]), axis=2)
+        found += int(((distance < 1.999 * mill.radii[0]) & (distance > 0.0)).sum())
+    return found // 2
+
+
+def spin_noise(spins: np.ndarray, mill: Mill) -> float:
+    """Rms of the part of the spins that changes sign from step to step, a quarter of the second
+    difference, times the ball radius, over sqrt(g a)."""
+    if len(spins) < 5:
+        return float("nan")
+    flips = 0.25 * np.diff(spins[2:], n=2, axis=0)  # the first steps follow a set-up
+    radius = mill.radii[-1]
+    return float(np.sqrt((flips**2).sum(axis=2).mean()) * radius / np.sqrt(mill.gravity * radius))
+
+
+def energy_error(case: Case, found: Measured, reference: float) -> float:
+    """Against the energy of small steps: relative for a mill, share of the energy put in for a
+    blow; what is left of a bed at rest is all error."""
+    if case.kind == REST:
+        return found.energy
+    error = abs(found.energy - reference)
+    return error if case.kind == IMPACT else error / reference
+
+
+def verdict(case: Case, found: Measured, error: float) -> str:
+    """STABLE, INACCURATE or UNSTABLE."""
+    if found.stopped_by or found.lost or not np.isfinite(error):
+        return UNSTABLE
+    limits = (
+        error <= ENERGY_LIMIT[case.kind],
+        found.max_overlap <= OVERLAP_LIMIT,
+        found.spin_noise <= SPIN_LIMIT,
+    )
+    return STABLE if all(limits) else INACCURATE

@@ -1,0 +1,1 @@
+"""Stages and jobs of a campaign: planning, running, status, verification."""

@@ -1,0 +1,204 @@
+"""Shows a run while it goes on: a live table in a terminal, a line per event elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Protocol
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress import Progress
+from rich.table import Table
+from rich.text import Text
+
+from millscale.cases.case import Case
+from millscale.engine.machine import Allocation
+from millscale.runs.layout import CASES_FOLDER
+from millscale.workflow.forecast import time_left
+from millscale.workflow.status import CaseStatus, case_status
+
+STATE_COLOURS = {
+    "done": "green",
+    "running": "cyan",
+    "failed": "red",
+    "damaged": "red",
+    "interrupted": "yellow",
+    "waiting": "bright_black",
+}
+_MOST_ROWS = 24
+_REFRESH_S = 1.0
+_LINE_S = 10.0
+_LINE_EVERY_S = 30.0
+
+
+class Watch(Protocol):
+    def __call__(self) -> None: ...
+
+
+@contextmanager
+def watching(
+    console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
+) -> Iterator[Watch]:
+    """A function that shows where the cases are, to be called often."""
+    if not console.is_terminal:
+        lines = _Lines(console, runs, cases, allocation)
+        try:
+            yield _Paced(_REFRESH_S, lines)
+        finally:
+            lines()
+        return
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+
+        def show() -> None:
+            live.update(_view(runs, cases, allocation), refresh=True)
+
+        yield _Paced(_REFRESH_S, show)
+
+
+@contextmanager
+def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
+    """A function that shows how many of how many are done: a bar, or lines outside a terminal."""
+    if console.is_terminal:
+        with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
+            task = bar.add_task(what, total=None)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+        return
+    shown = time.monotonic()
+
+    def line(done: int, total: int) -> None:
+        nonlocal shown
+        if time.monotonic() - shown > _LINE_S:
+            shown = time.monotonic()
+            console.print(f"{done} of {total} {what}", markup=False, highlight=False)
+
+    yield line
+
+
+def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Table:
+    """A row per case: state, stage, steps, simulated time, rate, time left."""
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    table.add_column("case", no_wrap=True)
+    for name in ("state", "stage"):
+        table.add_column(name)
+    for name in ("steps", "%", "simulated", "particle-steps/s", "left"):
+        table.add_column(name, justify="right")
+    for status in statuses:
+        mark = ", by hand" if status.by_hand else ""
+        state = Text(status.state + mark, style=STATE_COLOURS[status.state])
+        table.add_row(status.id, state, status.stage, *_numbers(status))
+    return table
+
+
+def duration(seconds: float | None) -> str:
+    """A duration for people: 42 s, 3 min 5 s, 2 h 10 min; empty for None."""
+    if seconds is None:
+        return ""
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes == 0:
+        return f"{rest} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
+
+
+def _numbers(status: CaseStatus) -> tuple[str, ...]:
+    rate = status.particle_steps_per_s
+    return (
+        f"{status.step:,}/{status.steps:,}",
+        f"{status.percent:.0f}",
+        f"{status.simulated_s:.2f} s",
+        f"{rate:,.0f}" if rate else "",
+        duration(status.time_left_s),
+    )
+
+
+def _statuses(runs: Path, cases: Sequence[Case]) -> list[CaseStatus]:
+    return [case_status(runs / CASES_FOLDER / case.id, case) for case in cases]
+
+
+def _overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: Allocation) -> str:
+    states = [status.state for status in statuses]
+    counts = [f"{states.count(state)} {state}" for state in ("done", "running", "failed")]
+    steps = sum(x.steps * x.balls for x in statuses)
+    percent = 100.0 * sum(x.step * x.balls for x in statuses) / steps
+    left = duration(time_left(statuses, {case.id: case for case in cases}, allocation))
+    return f"{len(statuses)} cases: {', '.join(counts)}; {percent:.0f} %, about {left} left"
+
+
+def _view(runs: Path, cases: Sequence[Case], allocation: Allocation) -> Group:
+    statuses = _statuses(runs, cases)
+    return status_view(runs, statuses, _overall(statuses, cases, allocation))
+
+
+def status_view(runs: Path, statuses: Sequence[CaseStatus], title: str | None = None) -> Group:
+    """The table, cut to what a screen shows, and the problems below it."""
+    rows = statuses
+    if len(rows) > _MOST_ROWS:
+        rows = [x for x in statuses if x.state in ("running", "failed")][:_MOST_ROWS]
+    lines = [Text(line) for line in problems(runs, rows)]
+    return Group(status_table(rows, title), *lines)
+
+
+def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
+    """Two lines per case with a problem: stage, cause and log; what to do."""
+    lines = []
+    for x in (x for x in statuses if x.problem):
+        log = runs / CASES_FOLDER / x.id / x.log
+        state = f"{x.stage} {x.state}".strip()
+        lines += [f"{x.id}: {state}: {x.problem}; see {log}", f"  to do: {x.advice}"]
+    return lines
+
+
+class _Paced:
+    """Calls a function every `interval` seconds, or less often if that took over a fiftieth of
+    the time: looking at ten thousand cases must not take a core from them.
+    """
+
+    def __init__(self, interval: float, call: Watch) -> None:
+        self._interval, self._call, self._next = interval, call, 0.0
+
+    def __call__(self) -> None:
+        begin = time.monotonic()
+        if begin >= self._next:
+            self._call()
+            end = time.monotonic()
+            self._next = end + max(self._interval, 50.0 * (end - begin))
+
+
+class _Lines:
+    """Prints a line when a case changes state or stage, and the overall progress now and then."""
+
+    def __init__(
+        self, console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
+    ) -> None:
+        self._console, self._runs, self._cases = console, runs, cases
+        self._allocation = allocation
+        self._seen: dict[str, tuple[str, ...]] = {}
+        self._next_line = time.monotonic() + _LINE_EVERY_S
+
+    def __call__(self) -> None:
+        statuses = _statuses(self._runs, self._cases)
+        for status in statuses:
+            self._tell(status)
+        if time.monotonic() >= self._next_line:
+            self._print(_overall(statuses, self._cases, self._allocation))
+            self._next_line = time.monotonic() + _LINE_EVERY_S
+
+    def _tell(self, status: CaseStatus) -> None:
+        now = (status.state, status.stage, status.failure)
+        before = self._seen.get(status.id)
+        self._seen[status.id] = now
+        # What failed or was interrupted before this run is about to be tried again.
+        old = before is None and status.state in ("failed", "interrupted")
+        if now == before or old or status.state == "waiting":
+            return
+        what = f"{status.stage} {status.state}" if status.stage else status.state
+        self._print(f"{status.id}: {what}" + (f": {status.problem}" if status.problem else ""))
+        if status.advice:
+            self._print(f"  to do: {status.advice}")
+
+    def _print(self, text: str) -> None:
+        stamp = time.strftime("%H:%M:%S")
+        self._console.print(f"{stamp} {text}", markup=False, highlight=False, soft_wrap=True)

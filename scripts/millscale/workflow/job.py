@@ -1,0 +1,140 @@
+"""Brings the cases of a job to their results: `python -m millscale.workflow.job JOBS_FILE JOB`.
+
+Works in a runs folder. Cases run one after the other, each in a child process that is split off
+after everything has been loaded: a case costs no start of Python, and one that takes its process
+with it leaves the others alone. Stages that are done are not done again, so a job may be ended at
+any time and started anew.
+
+Exit codes: 0 every case has its result, or its failure in stage.json; 1 some were not brought to
+either; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from millscale.engine.parent_death import end_with_parent
+from millscale.engine.temporary_folder import own_folder, run_has_gone
+from millscale.errors import CampaignError
+from millscale.runs.case_check import read_case
+from millscale.runs.current import unfinished
+from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, Stage
+from millscale.runs.untrusted import RunFolderError
+from millscale.terminal import escape_unencodable
+from millscale.workflow.jobs import job_named, read_jobs
+from millscale.workflow.stages import INTERRUPTED, end_in_order, limit_time, run_stage
+
+_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+FAILED = 1
+TOLD = 2  # the child has said what is wrong
+
+
+def bring(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage: False) -> int:
+    """Run the stages a case still needs; returns the code of the last.
+
+    Args:
+        folder: case folder.
+        ranks: MPI ranks, for the stages that run the engine.
+        stop: whether to end before a stage.
+    """
+    kind = read_case(folder / CASE_FILE)["kind"]
+    for stage in STAGES[kind]:
+        # Asked anew: an earlier stage may have made again the very files that this one has read.
+        if all(left != stage for left, _ in unfinished(folder, kind)):
+            continue
+        if stop(stage):
+            break
+        limit_time()
+        code = run_stage(folder, stage.name, ranks)
+        if code:
+            return code
+    return 0
+
+
+def run_job(folders: list[Path], ranks: int) -> int:
+    """Run the cases of a job; returns the exit code of the module's docstring."""
+    if len(folders) > 1:
+        load()
+    lost = False
+    for folder in folders:
+        code = _in_child(lambda folder=folder: bring(folder, ranks))
+        if code == INTERRUPTED:
+            return INTERRUPTED
+        if code not in (0, FAILED):
+            if code != TOLD:
+                print(f"{folder.name}: its process ended with {code}", file=sys.stderr)
+            lost = True
+    return 1 if lost else 0
+
+
+def load() -> None:
+    """Load what the stages use, once for all cases."""
+    for module in ("packing.charge", "cases.parameters", "cases.wall_panels", "analysis.case"):
+        importlib.import_module(f"millscale.{module}")
+
+
+def _in_child(work: Callable[[], int]) -> int:
+    """Do work in a child process; returns its code, or minus the signal that ended it."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    child = os.fork()
+    if child == 0:
+        os._exit(_guarded(work))
+    interrupted = False
+
+    def hand_on(number: int, frame: object) -> None:
+        nonlocal interrupted
+        interrupted = True
+        os.kill(child, signal.SIGTERM)
+
+    before = {number: signal.signal(number, hand_on) for number in _ENDINGS}
+    try:
+        _, status = os.waitpid(child, 0)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return INTERRUPTED if interrupted else os.waitstatus_to_exitcode(status)
+
+
+def _guarded(work: Callable[[], int]) -> int:
+    """The child's side: whatever happens ends in a code."""
+    end_with_parent()()
+    for number in _ENDINGS:
+        signal.signal(number, end_in_order)
+    try:
+        return work()
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except (CampaignError, RunFolderError) as error:
+        print(f"error: {error}", file=sys.stderr)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    return TOLD
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m millscale.workflow.job", description=__doc__)
+    parser.add_argument("file", type=Path, help="DIR/.jobs/<run>/jobs.json")
+    parser.add_argument("job", help="name of a job in it")
+    options = parser.parse_args()
+    escape_unencodable()
+    end_with_parent()()
+    if run_has_gone():
+        return INTERRUPTED
+    job = job_named(read_jobs(options.file), options.job)
+    with own_folder():
+        return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,128 @@
+"""What the workflow runs: jobs, each of one case or of several small ones, in DIR/.jobs/<run>/."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from millscale.cases.case import Case
+from millscale.cases.cost import Rates, memory_mb, wall_time
+from millscale.engine.machine import Allocation
+from millscale.runs.case_check import MOST_RANKS
+from millscale.runs.untrusted import as_record, is_id, read_json, understood
+from millscale.runs.writing import write_json
+
+JOBS_FOLDER = ".jobs"
+JOBS_FILE = "jobs.json"
+# A job starts Snakemake's shell and Python anew, for one to two seconds: small cases share one
+# until it takes about a minute, or on a cluster, where a job also waits in a queue, a quarter of
+# an hour. Four jobs for each place keep the places busy to the end.
+LOCAL_JOB_S = 60.0
+CLUSTER_JOB_S = 900.0
+JOBS_PER_PLACE = 4
+# Stages without the engine: mesh, decks, analysis [s per case].
+STAGES_S = 0.2
+# Time asked of a cluster over the time predicted, and the least [s]: nodes differ, and a job that
+# reaches its limit has to be queued again.
+TIME_MARGIN = 2.0
+LEAST_TIME_S = 600.0
+_REMEDY = "written by: millscale run FILE --runs DIR"
+
+
+@dataclass(frozen=True)
+class Job:
+    """Cases that run one after the other in one process.
+
+    Attributes:
+        name: unique within a run.
+        cases: their ids.
+        ranks: cores it takes.
+        time_s: predicted wall time [s].
+        minutes: time to ask a cluster for.
+        memory_mb: memory to ask a cluster for.
+    """
+
+    name: str
+    cases: tuple[str, ...]
+    ranks: int
+    time_s: float
+    minutes: int
+    memory_mb: int
+
+
+def jobs_of(
+    cases: Sequence[Case], allocation: Allocation, rates: Rates, cluster: bool = False
+) -> list[Job]:
+    """The jobs of the cases, the longest first.
+
+    Cases of one rank share a job in the order of the campaign while they are small.
+    """
+    times = {x.id: STAGES_S + wall_time(x, allocation.ranks[x.id], rates) for x in cases}
+    longest = CLUSTER_JOB_S if cluster else LOCAL_JOB_S
+    if not cluster:
+        places = max(1, min(allocation.jobs, allocation.cores))
+        longest = min(longest, sum(times.values()) / (JOBS_PER_PLACE * places))
+    groups: list[list[Case]] = []
+    room: dict[str, float] = {}
+    open_group: dict[str, list[Case]] = {}
+    for case in cases:
+        needed = times[case.id]
+        small = allocation.ranks[case.id] == 1
+        if not small or needed > room.get(case.kind, 0.0):
+            groups.append([])
+            if small:
+                open_group[case.kind], room[case.kind] = groups[-1], longest
+        (open_group[case.kind] if small else groups[-1]).append(case)
+        room[case.kind] = room.get(case.kind, 0.0) - (needed if small else 0.0)
+    made = [_job(group, allocation, times) for group in groups]
+    return sorted(made, key=lambda job: -job.time_s)
+
+
+def _job(group: Sequence[Case], allocation: Allocation, times: dict[str, float]) -> Job:
+    ranks = allocation.ranks[group[0].id]
+    total = sum(times[case.id] for case in group)
+    return Job(
+        name=group[0].id if len(group) == 1 else f"{group[0].id}-and-{len(group) - 1}-more",
+        cases=tuple(case.id for case in group),
+        ranks=ranks,
+        time_s=total,
+        minutes=math.ceil(max(TIME_MARGIN * total, LEAST_TIME_S) / 60.0),
+        memory_mb=max(memory_mb(case, ranks) for case in group),
+    )
+
+
+def write_jobs(runs: Path, jobs: Sequence[Job]) -> Path:
+    """Write the jobs of a run; returns the file. What earlier runs left goes: so a job of theirs
+    that still waits in a cluster's queue ends at once, instead of running cases a second time.
+    """
+    shutil.rmtree(runs / JOBS_FOLDER, ignore_errors=True)
+    folder = runs / JOBS_FOLDER / f"{int(time.time())}-{os.getpid()}"
+    folder.mkdir(parents=True)
+    file = folder / JOBS_FILE
+    write_json(file, [asdict(job) for job in jobs])
+    return file
+
+
+def read_jobs(file: Path) -> list[Job]:
+    """The jobs of a run.
+
+    Raises:
+        RunFolderError: the file is not one of `write_jobs`.
+    """
+    content = read_json(file, _REMEDY)
+    with understood(file, _REMEDY):
+        jobs = [as_record(Job, entry) for entry in content]
+        for job in jobs:
+            if not (0 < job.ranks <= MOST_RANKS and all(map(is_id, job.cases))):
+                raise ValueError(f"ranks {job.ranks} or cases {job.cases!r:.60}")
+        return jobs
+
+
+def job_named(jobs: Iterable[Job], name: str) -> Job:
+    """The job of that name; KeyError if there is none."""
+    return {job.name: job for job in jobs}[name]

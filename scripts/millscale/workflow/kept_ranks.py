@@ -1,0 +1,74 @@
+"""Ranks of attempts that ended early: what goes on from them keeps their number.
+
+A run is the same bit by bit on as many ranks only, so another number is refused, unless the attempt
+is given up for it.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from millscale.cases.case import Case
+from millscale.engine.machine import Allocation, CoreWish, available_cores
+from millscale.errors import CampaignError
+from millscale.runs.layout import CASES_FOLDER, STAGES
+from millscale.workflow.stage_work import EarlierAttempt, attempt_of
+
+START_OVER = "--start-over"
+
+
+def keep_ranks(
+    allocation: Allocation,
+    cases: Sequence[Case],
+    changed: Collection[str],
+    runs: Path,
+    asked: CoreWish,
+) -> Allocation:
+    """The same allocation with the ranks of the attempts that the cases go on from.
+
+    Args:
+        changed: ids of the cases whose case.json is about to change: they begin anew.
+        asked: what was asked for in so many words.
+
+    Raises:
+        CampaignError: other ranks are asked for, or more than this machine has.
+    """
+    kept = {}
+    for case in cases:
+        attempt = attempt_of(runs / CASES_FOLDER / case.id, case.document)
+        if attempt is None or not attempt.ranks or case.id in changed:
+            continue
+        kept[case.id] = attempt.ranks
+        if case.kind == "multi-ball" and asked.ranks not in (None, attempt.ranks):
+            raise _refused(case, attempt, asked.ranks)
+    most = max(kept.values(), default=1)
+    if most > available_cores() and not asked.oversubscribe:
+        case_id = max(kept, key=kept.__getitem__)
+        cause = f"{case_id} goes on with the {most} ranks it began with"
+        accepted = f"on {available_cores()} cores: --oversubscribe, or {START_OVER} to begin anew"
+        raise CampaignError("millscale run", "", cause, accepted)
+    return replace(
+        allocation, ranks={**allocation.ranks, **kept}, cores=max(allocation.cores, most)
+    )
+
+
+def _refused(case: Case, attempt: EarlierAttempt, ranks: int | None) -> CampaignError:
+    cause = (
+        f"stage {attempt.stage} of {case.id} {attempt.note}, on {attempt.ranks} ranks; "
+        f"on {ranks} the results would not be the same bit by bit"
+    )
+    accepted = f"--ranks {attempt.ranks} or no --ranks to go on, {START_OVER} to begin it anew"
+    return CampaignError("millscale run", f"--ranks {ranks}", cause, accepted)
+
+
+def drop_attempts(folder: Path, kind: str) -> None:
+    """Give up what engine stages of a case that ended early have left."""
+    for stage in STAGES[kind]:
+        part = folder / f"{stage.name}.part"
+        if stage.deck and part.is_symlink():
+            part.unlink()
+        elif stage.deck:
+            shutil.rmtree(part, ignore_errors=True)

@@ -1,0 +1,111 @@
+"""How far the engine is with a stage, read from the files it writes while it runs."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from millscale.cases.case import Case
+from millscale.engine.attempts import read_attempts
+from millscale.runs.layout import Stage
+from millscale.runs.untrusted import open_regular, read_head, read_tail
+
+_THERMO = re.compile(r"^\s+(\d{1,19})\s+\d+\s", re.M)
+_TAIL_BYTES = 8192
+_HEAD_BYTES = 65536
+# What the engine writes when its files are read and its first step is next.
+_SET_UP = re.compile(r"^Setting up run at (.+)$", re.M)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Steps done, and when they were [s since 1970]; the engine's files lag behind it.
+
+    Attributes:
+        begun: steps done by earlier attempts, which the running one did not have to make again.
+        since: when the running attempt began to step, to the second; 0 if it does not tell.
+    """
+
+    step: int
+    at: float
+    begun: int = 0
+    since: float = 0.0
+
+
+def stage_steps(case: Case, stage: Stage) -> int:
+    """Steps the engine makes in a stage; 0 for a stage without engine."""
+    if not stage.deck:
+        return 0
+    return case["time"]["settle_steps" if stage.name == "settle" else "steps"]
+
+
+def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False) -> Progress:
+    """How far an engine stage is that is running or has stopped on the way.
+
+    Args:
+        folder: case folder; the stage works in its part folder, or by hand in the case folder.
+    """
+    part = folder if by_hand else folder / f"{stage.name}.part"
+    attempts = read_attempts(part)
+    begun = attempts.starts[-1].step - attempts.starts[0].step if attempts else 0
+    if stage.name == "settle":
+        file = part / f"log.{stage.name}"
+        step = _last_thermo_step(file)
+    else:
+        file = part / "series.csv"
+        step = int(last_value(file, "step")) - _steps_before(case, part)
+    step = min(max(step, 0), stage_steps(case, stage))
+    since = _stepping_since(part / f"log.{stage.name}")
+    try:
+        return Progress(step, file.stat().st_mtime, begun, since) if step else Progress(0, 0.0)
+    except OSError:
+        # The stage has ended or begun anew since its file was read.
+        return Progress(0, 0.0)
+
+
+def last_value(path: Path, column: str) -> float:
+    """The last value of a column of a series that may be growing; 0 before the first full line."""
+    try:
+        with open_regular(path) as file:
+            names = file.readline(_TAIL_BYTES).decode(errors="replace").strip().split(",")
+            header_end = file.tell()
+            file.seek(max(header_end, os.fstat(file.fileno()).st_size - _TAIL_BYTES))
+            lines = file.read(_TAIL_BYTES).decode(errors="replace").split("\n")[:-1]
+    except OSError:
+        return 0.0
+    rows = [row for row in (line.split(",") for line in lines) if len(row) == len(names)]
+    if not rows or column not in names:
+        return 0.0
+    try:
+        value = float(rows[-1][names.index(column)])
+    except ValueError:
+        return 0.0
+    return value if math.isfinite(value) else 0.0
+
+
+def _last_thermo_step(log: Path) -> int:
+    steps = _THERMO.findall(read_tail(log, _TAIL_BYTES))
+    return int(steps[-1]) if steps else 0
+
+
+def _stepping_since(log: Path) -> float:
+    """When the run of a log began [s since 1970]; 0 if it has not."""
+    try:
+        found = _SET_UP.search(read_head(log, _HEAD_BYTES))
+        return time.mktime(time.strptime(found[1].strip())) if found else 0.0
+    except (ValueError, OverflowError):
+        return 0.0
+
+
+def _steps_before(case: Case, part: Path) -> int:
+    """Steps counted before the rotation began: a run from a restart file counts on."""
+    settled = case["time"]["settle_steps"]
+    try:
+        first = int(read_head(part / "series.csv", _TAIL_BYTES).split("\n")[1].split(",")[0])
+    except (IndexError, ValueError):
+        return 0
+    return settled if first >= settled else 0

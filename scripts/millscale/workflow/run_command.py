@@ -1,0 +1,229 @@
+"""`millscale run`: which cases and stages, on which cores, and what came of it."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from rich.console import Console
+
+from millscale.campaign.build import load_campaign
+from millscale.cases.case import Case, cases_of
+from millscale.cases.cost import Rates, learned
+from millscale.cases.generate import changed_cases, check_owner, generate
+from millscale.cases.output_size import check_disk
+from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_text
+from millscale.engine.machine import Allocation, CoreWish, hardware
+from millscale.engine.temporary_folder import own_folder
+from millscale.errors import CampaignError, nearest
+from millscale.runs import digests
+from millscale.runs.current import unfinished
+from millscale.runs.layout import CASES_FOLDER, Stage
+from millscale.runs.lock import hold
+from millscale.workflow import by_hand_status
+from millscale.workflow.display import duration, problems, status_table, watching
+from millscale.workflow.jobs import Job, jobs_of, write_jobs
+from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
+from millscale.workflow.placement import place, place_on_cluster
+from millscale.workflow.predicted_times import error_line, record_predictions
+from millscale.workflow.snakemake_run import (
+    WORKFLOW_LOG,
+    last_problem,
+    local_options,
+    run_workflow,
+    snakemake_line,
+)
+from millscale.workflow.stage_work import attempt_of
+from millscale.workflow.status import case_status
+from millscale.workflow.targets.slurm import check_profile, node_cores, slurm_options
+
+_MOST_JOBS_TOLD = 20
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to run where: a checked campaign file, the cases chosen of it, and the cores."""
+
+    file: Path
+    cases: tuple[Case, ...]
+    runs: Path
+    allocation: Allocation
+    rates: Rates
+    cluster: Cluster | None = None
+    start_over: bool = False
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Slurm instead of this machine; `profile` a folder with the site's config.yaml, or None."""
+
+    profile: Path | None = None
+
+
+def request(
+    file: Path,
+    runs: Path,
+    only: list[str],
+    cores: CoreWish,
+    cluster: Cluster | None = None,
+    start_over: bool = False,
+) -> Request:
+    """Check everything that can be wrong before anything is written.
+
+    Args:
+        only: ids or patterns with `*`; empty for every case.
+        start_over: give up what attempts of the cases that ended early have left.
+
+    Raises:
+        CampaignError: wrong campaign, unknown id, a folder of another campaign, more cores than
+            there are, other ranks than an attempt to go on from has.
+    """
+    campaign = load_campaign(file)
+    every = cases_of(campaign)
+    cases = _chosen(every, only)
+    check_owner(campaign, every, runs)
+    rates = learned((runs / CASES_FOLDER).glob("*"), hardware()["cpu"])
+    usual = CoreWish(campaign.ranks, campaign.jobs)
+    if cluster:
+        check_profile(cluster.profile)
+        allocation = place_on_cluster(cases, cores, usual, node_cores())
+    else:
+        allocation = place(cases, cores, usual, rates)
+    if not start_over:
+        allocation = keep_ranks(allocation, cases, changed_cases(cases, runs), runs, cores)
+    return Request(file, tuple(cases), runs, allocation, rates, cluster, start_over)
+
+
+def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
+    for pattern in only:
+        if not any(fnmatchcase(case.id, pattern) for case in cases):
+            ids = [case.id for case in cases]
+            near = nearest(pattern, ids) or ids[0]
+            raise CampaignError(
+                "millscale run", "--only", f"no case {pattern}", f"{near}, ...; see millscale plan"
+            )
+    return [x for x in cases if not only or any(fnmatchcase(x.id, pattern) for pattern in only)]
+
+
+def check_free_disk(asked: Request) -> None:
+    """Refuse to run what the disk cannot hold: the cases whose engine has still to run.
+
+    Raises:
+        CampaignError: says what is needed and what is free.
+    """
+    changed = changed_cases(list(asked.cases), asked.runs)
+    done = []
+    for case in asked.cases:
+        folder = asked.runs / CASES_FOLDER / case.id
+        left = unfinished(folder, case.kind, case_changed=case.id in changed)
+        done.append(not any(stage.deck for stage, _ in left))
+    check_disk(asked.runs, [case.document for case in asked.cases], done)
+
+
+def dry_run_campaign(asked: Request) -> str:
+    """The stages that would run and the exact mpirun lines, as text; writes nothing."""
+    try:
+        engine = str(find_engine())
+    except CampaignError:
+        engine = ENGINE
+    changed = changed_cases(list(asked.cases), asked.runs)
+    lines, waiting = [], 0
+    for case in asked.cases:
+        folder = asked.runs / CASES_FOLDER / case.id
+        left = unfinished(folder, case.kind, case_changed=case.id in changed)
+        waiting += bool(left)
+        lines.append(case.id if left else f"{case.id}: done")
+        found = by_hand_status.find(folder, case.document, [stage for stage, _ in left])
+        for stage, reason in left:
+            if stage in found.stages:
+                reason = "run by hand: taken over"
+            elif found.problem and stage.products[0] in found.problem:
+                reason = found.problem
+            lines.append(f"  {stage.name:<7} ({reason})")
+            if stage.deck and stage not in found.stages:
+                lines.append(f"    in {folder}: {_command(engine, stage, case, asked.allocation)}")
+    use = asked.allocation
+    lines.append(
+        f"{waiting} of {len(asked.cases)} cases to do, at most {use.jobs} at a time "
+        f"on {use.cores} cores; nothing written"
+    )
+    return "\n".join(lines)
+
+
+def _command(engine: str, stage: Stage, case: Case, allocation: Allocation) -> str:
+    ranks = allocation.ranks[case.id]
+    return mpirun_text(mpirun_line(engine, stage.deck, f"log.{stage.name}", ranks))
+
+
+def run_campaign(asked: Request, console: Console) -> bool:
+    """Generate the campaign and run what is missing; True if every chosen case has its result."""
+    find_engine()
+    with hold(asked.runs) as lock:
+        generate(asked.file, asked.runs, [case.id for case in asked.cases])
+        for note in asked.allocation.notes:
+            console.print(note, markup=False, highlight=False, soft_wrap=True)
+        for case in asked.cases:
+            folder = asked.runs / CASES_FOLDER / case.id
+            if asked.start_over:
+                drop_attempts(folder, case.kind)
+            attempt = attempt_of(folder, case.document)
+            note = (attempt and attempt.note) or by_hand_status.note(folder, case.document)
+            if note:
+                note = f"{case.id}: {note}"
+                console.print(note, markup=False, highlight=False, soft_wrap=True)
+        code = _run_jobs(asked, console, lock)
+    statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
+    for case in asked.cases:
+        digests.keep(asked.runs / CASES_FOLDER / case.id)
+    console.print(status_table(statuses))
+    for line in problems(asked.runs, statuses):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    if line := error_line(asked.runs):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    done = all(status.state == "done" for status in statuses)
+    if done:
+        line = shlex.join(["millscale", "report", str(asked.runs)])
+        console.print(f"next: {line}", markup=False, highlight=False, soft_wrap=True)
+    elif code and not any(status.problem for status in statuses):
+        log = asked.runs / WORKFLOW_LOG
+        text = f"workflow failed: {last_problem(asked.runs)}; see {log}"
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
+    return done
+
+
+def _run_jobs(asked: Request, console: Console, lock: int) -> int:
+    """Run the cases that are not done; returns Snakemake's exit code, 0 if there was nothing."""
+    folders = {x.id: asked.runs / CASES_FOLDER / x.id for x in asked.cases}
+    left = [x for x in asked.cases if unfinished(folders[x.id], x.kind)]
+    jobs = jobs_of(left, asked.allocation, asked.rates, asked.cluster is not None)
+    if not jobs:
+        return 0
+    engines = [x for x in left if not by_hand_status.is_rotated(folders[x.id], x.document)]
+    record_predictions(asked.runs, engines, asked.allocation, asked.rates)
+    if asked.cluster:
+        executor = slurm_options(asked.cluster.profile, asked.allocation.jobs)
+        for line in _asked_of_slurm(jobs):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+    else:
+        executor = local_options(asked.allocation)
+    file = write_jobs(asked.runs, jobs).relative_to(asked.runs)
+    # The jobs of a cluster are on other machines, and outlive this command.
+    place = nullcontext() if asked.cluster else own_folder()
+    with place, watching(console, asked.runs, asked.cases, asked.allocation) as watch:
+        line = snakemake_line(file, executor)
+        return run_workflow(asked.runs, line, lock, watch)
+
+
+def _asked_of_slurm(jobs: Sequence[Job]) -> list[str]:
+    """A line per job, of many jobs the first ones: time, cores and memory asked for."""
+    lines = [
+        f"Slurm: {job.name}: {job.minutes} min asked, {duration(job.time_s)} predicted, "
+        f"{job.ranks} cores, {job.memory_mb} MB"
+        for job in jobs[:_MOST_JOBS_TOLD]
+    ]
+    more = len(jobs) - len(lines)
+    return [*lines, f"Slurm: and {more} shorter jobs"] if more else lines

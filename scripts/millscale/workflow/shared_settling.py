@@ -1,0 +1,145 @@
+"""Settled beds that several cases share: DIR/settled/<key>/, by what decides the settling.
+
+A mill at rest knows of the similarity law only its gravity and its size, so a bed serves every
+scheme and policy that agrees in those. The folder holds copies: it may be deleted at any time.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from millscale.cases.decks import PARAMETERS_FILE, deck_text, with_included
+from millscale.cases.parameters import LINER_FILE, parameters, parameters_text
+from millscale.engine.restart_file import NotWholeError, read_restart
+from millscale.packing.charge import FILE as CHARGE_FILE
+from millscale.runs.digests import digest_of
+from millscale.runs.layout import CAMPAIGN_FILE, CASES_FOLDER
+from millscale.runs.lock import hold
+from millscale.runs.provenance import PROVENANCE_FILE, read_provenance, write_provenance
+from millscale.runs.writing import write_copy
+
+FOLDER = "settled"
+STAGE = "settle"
+_KEY_DIGITS = 16
+DECK = "settle.in"
+# Says how the mill turns. At rest nothing of it matters but gravity and radius.
+DRIVE_DECK = "mill_drive.in"
+# When it prints a line and writes a restart file.
+OUTPUT = {"thermo_steps", "restart_steps"}
+_USED = re.compile(r"\$\{(\w+)\}|\bv_(\w+)")
+
+
+def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
+    """Hash of what decides how a charge settles; None if parameters.in was edited by hand.
+
+    Args:
+        case: content of case.json.
+        folder: case folder, with decks, charge.data and liner.stl.
+    """
+    if deck_text(folder / PARAMETERS_FILE) != parameters_text(case):
+        return None
+    decks = {name: deck_text(folder / name) for name in with_included((DECK,), folder)}
+    used = {
+        name
+        for deck, text in decks.items()
+        if deck != DRIVE_DECK
+        for match in _USED.findall(text)
+        for name in match
+    }
+    values = {k: v for k, v in parameters(case).items() if k in used and k not in OUTPUT}
+    files = [CHARGE_FILE, *([LINER_FILE] if case["wall"]["kind"] == "mesh" else [])]
+    content = {
+        "decks": decks,
+        "values": values,
+        "gravity_m_s2": case["mill"]["gravity_m_s2"],
+        "radius_m": case["mill"]["radius_m"],
+        "files": {x: digest_of(folder / x) for x in files},
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class SharedBed:
+    """The shared folder of a bed, and the key of what decides it."""
+
+    folder: Path
+    key: str
+
+
+@contextmanager
+def shared_bed(case: Mapping[str, Any], folder: Path) -> Iterator[SharedBed | None]:
+    """The shared folder of a case's bed, held by this process; None where there is none to share.
+
+    Another case that settles the same bed is waited for.
+    """
+    runs = folder.resolve().parent.parent
+    in_campaign = folder.resolve().parent.name == CASES_FOLDER and (runs / CAMPAIGN_FILE).exists()
+    key = settling_key(case, folder) if in_campaign else None
+    if key is None:
+        yield None
+        return
+    bed = SharedBed(runs / FOLDER / key[:_KEY_DIGITS], key)
+    with hold(bed.folder, wait=True):
+        yield bed
+
+
+def take(bed: SharedBed, part: Path, products: tuple[str, ...]) -> bool:
+    """Copy a bed out of its shared folder; False if it is not there. One that is not as it was
+    given is removed, and the reason printed."""
+    names = (*products, PROVENANCE_FILE)
+    if not any((bed.folder / name).exists() for name in names):
+        return False
+    if problem := why_unusable(bed.folder, products, bed.key):
+        print(f"bed not taken from {bed.folder}: {problem}", flush=True)
+        for name in names:
+            (bed.folder / name).unlink(missing_ok=True)
+        return False
+    for name in products:
+        write_copy(bed.folder / name, part / name)
+    return True
+
+
+def give(
+    bed: SharedBed, part: Path, products: tuple[str, ...], provenance: Mapping[str, Any]
+) -> None:
+    """Copy a bed into its shared folder; provenance.json, which completes it, comes last.
+
+    Args:
+        provenance: how the bed was settled, digests of the products among it.
+    """
+    for name in products:
+        write_copy(part / name, bed.folder / name)
+    write_provenance(bed.folder, {STAGE: {**provenance, "key": bed.key}})
+
+
+def why_unusable(folder: Path, products: tuple[str, ...], key: str = "") -> str:
+    """Why a shared bed is not what was given; empty if it is.
+
+    Args:
+        key: of what decides the bed; empty: any that fits the name of the folder.
+    """
+    record = read_provenance(folder).get(STAGE)
+    if record is None:
+        return f"{PROVENANCE_FILE} has no record of it"
+    recorded = record.get("key")
+    if not isinstance(recorded, str) or recorded[:_KEY_DIGITS] != folder.name:
+        return "it was settled for another key"
+    if key and recorded != key:
+        return "it was settled from other inputs"
+    for name in products:
+        if not (folder / name).is_file():
+            return f"{name} is missing"
+        if digest_of(folder / name) != record["products"].get(name):
+            return f"{name} does not match its digest"
+    try:
+        read_restart(folder / products[0])
+    except (NotWholeError, OSError) as error:
+        return str(error)
+    return ""

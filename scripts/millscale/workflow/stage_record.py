@@ -1,0 +1,106 @@
+"""stage.json of a case folder: the stage worked on last, and how that went."""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import time
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import psutil
+
+from millscale.runs.untrusted import as_record, read_object
+from millscale.runs.writing import write_over, write_text
+from millscale.terminal import one_line
+
+RECORD_FILE = "stage.json"
+STATES = ("running", "done", "failed", "interrupted")
+LARGEST_BYTES = 1 << 16
+# Of Linux: numbers of processes are below; 0 and less mean groups of processes to the system.
+MOST_PROCESS = 1 << 22
+
+
+@dataclass(frozen=True)
+class StageRecord:
+    """What was last done in a case folder.
+
+    Attributes:
+        state: running, done, failed or interrupted.
+        started, ended: seconds since 1970; `ended` is 0 while it runs.
+        process, process_started: the process that works on it, told apart from a later one with
+            the same number by its start.
+        cause: why it failed, one line.
+        log: file in the case folder that tells more.
+        kind, advice: what kind of failure it is, and what to do; empty unless it failed.
+        host: machine of the process.
+        case: digest of what decides the case it works on.
+    """
+
+    stage: str
+    state: str
+    started: float
+    ended: float
+    process: int
+    process_started: float
+    cause: str = ""
+    log: str = ""
+    kind: str = ""
+    advice: str = ""
+    host: str = ""
+    case: str = ""
+
+    def alive(self) -> bool:
+        """Whether the process that works on the stage still exists; of another machine's, none
+        can tell from here, and it counts as alive."""
+        if self.host and self.host != socket.gethostname():
+            return True
+        try:
+            return psutil.Process(self.process).create_time() == self.process_started
+        except psutil.Error:
+            return False
+
+
+def begin(folder: Path, stage: str, case: str = "") -> StageRecord:
+    """Record that this process works on a stage of a case of that digest from now on."""
+    process = psutil.Process()
+    record = StageRecord(
+        stage,
+        "running",
+        started=time.time(),
+        ended=0.0,
+        process=os.getpid(),
+        process_started=process.create_time(),
+        host=socket.gethostname(),
+        case=case,
+    )
+    _write(folder, record)
+    return record
+
+
+def end(folder: Path, record: StageRecord, state: str, cause: str = "", log: str = "") -> None:
+    """Record how the stage ended."""
+    ended = replace(record, state=state, ended=time.time(), cause=one_line(cause), log=log)
+    _write(folder, ended)
+
+
+def read_record(folder: Path) -> StageRecord | None:
+    """The record of a case folder; None if there is none that can be read."""
+    try:
+        record = as_record(StageRecord, read_object(folder / RECORD_FILE, "", LARGEST_BYTES))
+    except ValueError:
+        return None
+    if record.state not in STATES or not 0 < record.process <= MOST_PROCESS:
+        return None
+    texts = ("stage", "cause", "log", "advice")
+    return replace(record, **{name: one_line(getattr(record, name)) for name in texts})
+
+
+def _write(folder: Path, record: StageRecord) -> None:
+    text = json.dumps(asdict(record), indent=1) + "\n"
+    try:
+        write_text(folder / RECORD_FILE, text)
+    except OSError:
+        # A full disk still takes what fits into the block that the record has already.
+        write_over(folder / RECORD_FILE, text)

@@ -1,0 +1,264 @@
+"""What each stage does. Every function makes its products in `task.part`."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from millscale.cases.decks import copy_decks, with_included
+from millscale.engine.attempts import digests, read_attempts
+from millscale.engine.deck_run import DeckRun, find_engine, run_deck
+from millscale.engine.log import loop_timing, read_log
+from millscale.engine.output_files import check_output
+from millscale.engine.provenance import stage_provenance
+from millscale.engine.restart_file import read_restart
+from millscale.engine.resume import RESTART_FILES, Run, begin, look
+from millscale.engine.timing import Before, timing_record
+from millscale.runs.current import unfinished
+from millscale.runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
+from millscale.runs.writing import write_json
+
+if TYPE_CHECKING:
+    from millscale.mesh import LinerMesh, LintReport
+
+
+@dataclass(frozen=True)
+class Task:
+    """A stage of one case, and where it works.
+
+    Attributes:
+        case: content of case.json.
+        folder: case folder, to read from.
+        part: folder to write to.
+        ranks: MPI ranks.
+        lock: descriptor of the folder's lock, for the engine to inherit.
+        screen: file where the output of the stage goes.
+    """
+
+    stage: Stage
+    case: Mapping[str, Any]
+    folder: Path
+    part: Path
+    ranks: int
+    lock: int
+    screen: Path
+
+    @property
+    def log(self) -> str:
+        """Name of the engine's log."""
+        return f"log.{self.stage.name}"
+
+
+def mesh(task: Task) -> None:
+    """Mesh the liner: by gmsh if the engine takes the mesh, as bare panels if people look at it.
+
+    Faults of a mesh for looking only are noted in mesh.json, and stop nothing.
+    """
+    from millscale.cases.wall_panels import panels_of
+    from millscale.mesh import build_liner_mesh, lint, write_stl, write_vtp
+    from millscale.packing.charge import liner_of
+
+    liner, wall = liner_of(task.case), task.case["wall"]
+    length = task.case["mill"]["simulated_length_m"]
+    meshed = wall["kind"] == "mesh"
+    build = build_liner_mesh if meshed else panels_of
+    surface = build(liner, length, wall["chord_error_m"], wall["axial_divisions"])
+    report = lint(surface, liner, length, wall["chord_error_m"], for_engine=meshed)
+    if meshed:
+        _check_mesh(surface, report, wall["curvature_deg"])
+    write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
+    write_stl(task.part / "liner.stl", surface)
+    if task.case["kind"] == "multi-ball":
+        write_vtp(task.part / "liner.vtp", surface)
+
+
+def _check_mesh(surface: LinerMesh, report: LintReport, curvature: float) -> None:
+    """Refuse a mesh that the engine would take wrongly."""
+    from millscale.mesh.curvature import curvature_range_deg
+
+    if not report.ok:
+        raise RuntimeError(f"liner mesh not fit for use: {'; '.join(report.problems)}")
+    low, high = curvature_range_deg(surface)
+    if not low < curvature < high:
+        raise RuntimeError(
+            f"wall.curvature_deg is {curvature:g}, the mesh needs {low:g} to {high:g}"
+        )
+
+
+def charge(task: Task) -> None:
+    from millscale.packing.charge import write_charge
+
+    write_charge(task.case, task.part)
+
+
+def deck(task: Task) -> None:
+    from millscale.cases.mpirun_script import write_script
+    from millscale.cases.parameters import write_parameters
+
+    copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
+    write_parameters(task.case, task.part)
+    write_script(task.case, task.ranks, task.part)
+    if task.case["deck"]["dumps"] == "on" and not (task.folder / DUMP_FOLDER).exists():
+        # The engine makes no folders: here for those who run the deck by hand.
+        (task.part / DUMP_FOLDER).mkdir()
+
+
+def rotate(task: Task) -> None:
+    write_json(task.part / task.stage.products[-1], engine(task))
+
+
+def engine(task: Task) -> dict:
+    """Run the stage's deck, from where an earlier attempt got to; returns its timing.
+
+    It runs on links to the files of the case folder.
+    """
+    run = run_of(task.stage, task.case, task.folder, task.ranks)
+    beginning = begin(run)
+    if beginning.note:
+        print(beginning.note, flush=True)
+    for path in _engine_inputs(task.stage, task.folder):
+        link = task.part / path.name
+        link.unlink(missing_ok=True)
+        link.symlink_to(Path("..") / path.name)
+    (task.part / DUMP_FOLDER).mkdir(exist_ok=True)
+    resume = beginning.restart is not None
+    deck = DeckRun(task.stage.deck, task.part, task.log, task.screen, resume)
+    spent = run_deck(deck, task.ranks, task.lock)
+    loop = loop_timing(read_log(task.part / task.log))
+    if loop is None:
+        raise RuntimeError(f"{task.log} holds no finished run")
+    step = beginning.attempts.starts[-1].step
+    check_output(task.part, run.first, step + loop.steps)
+    if not any((task.part / DUMP_FOLDER).iterdir()):
+        (task.part / DUMP_FOLDER).rmdir()
+    before = Before(step - run.first, len(beginning.attempts.starts) - 1, beginning.before)
+    return timing_record(task.stage.name, spent, loop, before)
+
+
+def is_complete(task: Task) -> bool:
+    """Whether an earlier attempt made all products and was stopped while they were published."""
+    if not (task.part / task.stage.products[-1]).exists():
+        return False
+    earlier = read_attempts(task.part)
+    run = run_of(task.stage, task.case, task.folder, task.ranks)
+    return earlier is not None and earlier.inputs == run.inputs
+
+
+@dataclass(frozen=True)
+class EarlierAttempt:
+    """An engine stage that ended early.
+
+    Attributes:
+        note: what the next run will do about it.
+        ranks: those it goes on with; 0 if it begins anew.
+    """
+
+    stage: str
+    note: str
+    ranks: int
+
+
+def attempt_of(folder: Path, case: Mapping[str, Any]) -> EarlierAttempt | None:
+    """What an attempt has left of the stage that comes next; None if it has left nothing."""
+    stages = [stage for stage in STAGES[case["kind"]] if stage.deck]
+    if not any((folder / f"{stage.name}.part").exists() for stage in stages):
+        return None
+    left = unfinished(folder, case["kind"])
+    stage = left[0][0] if left else None
+    if stage is None or not (folder / f"{stage.name}.part").exists():
+        return None
+    run = run_of(stage, case, folder, ranks=1)
+    restart, note = look(run)
+    earlier = read_attempts(run.part)
+    if not earlier:
+        return None
+    return EarlierAttempt(stage.name, note, earlier.starts[-1].ranks if restart else 0)
+
+
+def run_of(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:
+    """What the stage asks of the engine."""
+    inputs = digests([*_engine_inputs(stage, folder), find_engine()])
+    time = case["time"]
+    settled = time["settle_steps"] if stage.name == "rotate" else 0
+    steps = time["settle_steps" if stage.name == "settle" else "steps"]
+    return Run(folder / f"{stage.name}.part", inputs, settled, steps, ranks)
+
+
+def inputs_of(stage: Stage, folder: Path) -> list[str]:
+    """Files that a stage reads: those of its table, what its deck includes, an account of the
+    energy."""
+    included = with_included((stage.deck,), folder) if stage.deck else []
+    ledger = LEDGER_FILES if stage.name == "result" else ()
+    return sorted({*stage.inputs, *included, *ledger})
+
+
+def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:
+    return sorted({*folder.glob("*.in"), *(folder / name for name in stage.inputs)})
+
+
+def settle(task: Task) -> None:
+    """Settle the charge, or take the bed of a case whose charge settles the same way."""
+    from millscale.workflow.shared_settling import give, shared_bed, take
+
+    products = task.stage.products
+    with shared_bed(task.case, task.folder) as shared:
+        if shared and take(shared, task.part, products):
+            print(f"bed taken from {shared.folder}")
+            # Of a bed that this case settled itself before.
+            (task.folder / task.log).unlink(missing_ok=True)
+            _drop_all_but(products, task.part)
+            return
+        record = engine(task)
+        for name in RESTART_FILES:
+            (task.part / name).unlink(missing_ok=True)
+        write_json(task.part / products[-1], record | bed_part(task.case, task.part))
+        (task.part / BED_DUMP).unlink()
+        # A full disk cuts a file without an error of the engine.
+        read_restart(task.part / products[0])
+        if shared:
+            made = {name: task.part / name for name in products}
+            give(shared, task.part, products, provenance_of(task, made, task.part / task.log))
+
+
+def provenance_of(task: Task, made: Mapping[str, Path], log: Path) -> dict[str, Any]:
+    """What provenance.json says of a stage that has made these files, by name."""
+    inputs = inputs_of(task.stage, task.folder)
+    return stage_provenance(task.folder, task.case, inputs, made, log, task.ranks)
+
+
+def _drop_all_but(products: tuple[str, ...], part: Path) -> None:
+    """What an own attempt to settle has left."""
+    for path in part.iterdir():
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        elif path.name not in products:
+            path.unlink()
+
+
+def bed_part(case: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """What settled.json says of the bed whose dump lies in a folder."""
+    from millscale.packing import bed
+    from millscale.packing.charge import room_of
+
+    gravity, meshed = case["mill"]["gravity_m_s2"], case["wall"]["kind"] == "mesh"
+    measured = bed.bed_record(folder / BED_DUMP, room_of(case), gravity, meshed)
+    return {"settled_by": case["id"], **measured}
+
+
+def result(task: Task) -> None:
+    from millscale.analysis.case import analyse_case
+
+    write_json(task.part / RESULT_FILE, analyse_case(task.folder))
+
+
+WORK: dict[str, Callable[[Task], None]] = {
+    "mesh": mesh,
+    "charge": charge,
+    "deck": deck,
+    "settle": settle,
+    "rotate": rotate,
+    "result": result,
+}

@@ -1,0 +1,200 @@
+"""`millscale verify`: are the files of a runs folder what its campaign and its stages made?
+
+Products and shared beds are compared with the digests in provenance.json, what a stage has read
+with what is there, case.json with what the campaign says now, parameters.in and the decks with what
+case.json and this version make of them. Every file is hashed anew. Whoever can write into the
+folder can write digests too: they show damage and mix-ups, not forgery.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from millscale.campaign.build import load_campaign
+from millscale.cases.case import Case, cases_of
+from millscale.cases.decks import MOST_DECK_BYTES, PARAMETERS_FILE, template_folder
+from millscale.cases.generate import CAMPAIGN_COPY, read_summary
+from millscale.cases.parameters import parameters_text
+from millscale.errors import CampaignError
+from millscale.runs.case_digest import SAID, case_digest
+from millscale.runs.digests import digest_of, files_of
+from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, stage_of
+from millscale.runs.provenance import read_provenance
+from millscale.runs.untrusted import RunFolderError, read_bytes
+from millscale.terminal import one_line
+from millscale.workflow.by_hand import is_there
+from millscale.workflow.shared_settling import FOLDER, STAGE, why_unusable
+
+_MOST_KEYS = 3
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A file that is not what it should be; `case` is empty for files of the whole campaign."""
+
+    case: str
+    file: str
+    what: str
+
+    def __str__(self) -> str:
+        return one_line(f"{f'{self.case}/' if self.case else ''}{self.file}: {self.what}")
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What a look at a runs folder found."""
+
+    cases: int
+    files: int
+    differences: tuple[Difference, ...]
+
+
+def verify(runs: Path) -> Verified:
+    """Compare every file of a runs folder that is recorded or can be derived.
+
+    Raises:
+        CampaignError: the folder holds no generated campaign.
+    """
+    summary = read_summary(runs)
+    derived, found = _derived(runs, summary)
+    files = 0
+    for case_id in summary["cases"]:
+        folder = runs / CASES_FOLDER / case_id
+        seen = list(_case(folder, derived))
+        files += len(seen)
+        found += [x for x in seen if x.what]
+    beds = list(_beds(runs))
+    found += [x for x in beds if x.what]
+    return Verified(len(summary["cases"]), files + len(beds), tuple(found))
+
+
+def _beds(runs: Path) -> Iterator[Difference]:
+    """The settled beds that cases share."""
+    stage = stage_of("multi-ball", STAGE)
+    for folder in sorted((runs / FOLDER).glob("*")):
+        name = f"{FOLDER}/{folder.name}/{stage.products[0]}"
+        yield Difference("", name, why_unusable(folder, stage.products))
+
+
+def _derived(
+    runs: Path, summary: Mapping[str, Any]
+) -> tuple[dict[str, Case] | None, list[Difference]]:
+    """The cases that the campaign's copy describes, by id, or why there are none."""
+    copy = runs / CAMPAIGN_COPY
+    if not copy.exists():
+        return None, [Difference("", CAMPAIGN_COPY, "missing: case.json cannot be derived anew")]
+    try:
+        campaign = replace(load_campaign(copy), name=summary["name"])
+        cases = {case.id: case for case in cases_of(campaign)}
+    except CampaignError as error:
+        return None, [Difference("", CAMPAIGN_COPY, error.cause)]
+    lost = sorted(set(cases) ^ set(summary["cases"]))
+    what = f"names other cases than campaign.json: {', '.join(lost[:_MOST_KEYS])}"
+    return cases, [Difference("", CAMPAIGN_COPY, what)] if lost else []
+
+
+def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Difference]:
+    """Every file of a case that was looked at; those in order have no `what`."""
+    case_id = folder.name
+    try:
+        case = Case.load(folder / CASE_FILE)
+    except CampaignError as error:
+        yield Difference(case_id, CASE_FILE, error.cause)
+        return
+    what = ""
+    if derived is not None and case_id in derived:
+        differing = list(differing_keys(derived[case_id].document, case.document))
+        if differing:
+            what = f"differs from the campaign in {', '.join(differing[:_MOST_KEYS])}"
+            what += f" and {len(differing) - _MOST_KEYS} more" * (len(differing) > _MOST_KEYS)
+    yield Difference(case_id, CASE_FILE, what)
+    yield from _products(folder, case)
+    yield from _decks(folder, case)
+
+
+def differing_keys(
+    derived: Mapping[str, Any], found: Mapping[str, Any], above: str = ""
+) -> Iterator[str]:
+    """Paths of the keys, such as `mill.radius_m`, that differ; what is only said is left out."""
+    for key in dict.fromkeys([*derived, *found]):
+        if not above and key in SAID:
+            continue
+        path = f"{above}{key}"
+        a, b = derived.get(key), found.get(key)
+        if key not in found or key not in derived:
+            yield f"{path} ({'missing' if key not in found else 'unknown'})"
+        elif isinstance(a, Mapping) and isinstance(b, Mapping):
+            yield from differing_keys(a, b, f"{path}.")
+        elif a != b and not (isinstance(a, tuple) and list(a) == b):
+            yield f"{path} (campaign {_short(a)}, file {_short(b)})"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def _products(folder: Path, case: Case) -> Iterator[Difference]:
+    recorded = read_provenance(folder)
+    for stage in STAGES.get(case.kind, ()):
+        made = recorded.get(stage.name)
+        if made is None:
+            there = [x for x in stage.products if (folder / x).exists()]
+            if there:
+                what = f"stage {stage.name} has no provenance"
+                if is_there(folder, stage):
+                    what = "made by hand: millscale run or report checks it and takes it over"
+                yield Difference(folder.name, there[0], what)
+            continue
+        for name, digest in made["products"].items():
+            yield Difference(folder.name, name, _compared(folder, name, digest))
+        for name, digest in made["inputs"].items():
+            if name == CASE_FILE and made.get("case") == case_digest(case.document):
+                continue
+            if _found(folder, recorded, name) not in (None, digest):
+                what = f"stage {stage.name} has read another {name}"
+                yield Difference(folder.name, stage.products[-1], what)
+
+
+def _found(folder: Path, recorded: Mapping[str, Any], name: str) -> str | None:
+    """Digest of an input: of a product that was recorded, since its own stage compares the file;
+    of any other file, such as a deck, which may be edited by hand, as it is."""
+    made = next((x["products"][name] for x in recorded.values() if name in x["products"]), None)
+    if made and not name.endswith(".in"):
+        return made
+    return digest_of(folder / name) if (folder / name).is_file() else made
+
+
+def _compared(folder: Path, name: str, digest: str) -> str:
+    if not any(True for _ in files_of(folder, [name])):
+        return "missing, or no regular file"
+    try:
+        found = digest_of(folder / name)
+    except OSError as error:
+        return f"cannot be read: {error.strerror}"
+    return "" if found == digest else f"SHA-256 is {found[:12]}..., recorded {digest[:12]}..."
+
+
+def _decks(folder: Path, case: Case) -> Iterator[Difference]:
+    """Decks are programs of the engine: those edited by hand are told."""
+    templates = template_folder()
+    for name in files_of(folder, (x.name for x in folder.glob("*.in"))):
+        deck = folder / name
+        if deck.name == PARAMETERS_FILE:
+            same = _bytes(deck) == parameters_text(case).encode()
+            yield Difference(folder.name, deck.name, "" if same else "not what case.json says")
+            continue
+        template = templates / deck.name
+        same = template.exists() and template.read_bytes() == _bytes(deck)
+        what = "" if same else "not the deck of this version: edited by hand, or of another version"
+        yield Difference(folder.name, deck.name, what)
+
+
+def _bytes(deck: Path) -> bytes | None:
+    try:
+        return read_bytes(deck, MOST_DECK_BYTES, "")
+    except RunFolderError:
+        return None

@@ -1,0 +1,95 @@
+"""The campaign files shipped, and their reference in docs/campaign.md."""
+
+import pytest
+
+from millscale.campaign.build import load_campaign
+from millscale.campaign.keys import SECTIONS
+from millscale.workflow.plan import plan_rows
+from paper_campaign import CAMPAIGNS, REPOSITORY
+
+# Studies have tests of their own.
+FILES = sorted(
+    (path for path in CAMPAIGNS.glob("*.toml") if not path.name.startswith("study-")),
+    key=lambda path: path.name,
+)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_shipped_campaign_is_accepted_and_named_like_its_file(path):
+    campaign = load_campaign(path)
+    assert campaign.name == path.stem
+    assert plan_rows(campaign)
+
+
+def test_the_papers_single_ball_campaign_runs_six_mills_by_two_schemes_by_three_policies():
+    rows = plan_rows(load_campaign(CAMPAIGNS / "paper-single-ball.toml"))
+    paper = [row for row in rows if row["policy"] == "paper"]
+    others = [row for row in rows if row["policy"] != "paper"]
+    assert len(paper) == 6 * 2
+    # The physical mill, S = 1, is the same for every policy.
+    assert len(others) == 5 * 2 * 2
+    assert all(row["rotation_angle_rad"] == 20.0 for row in rows)
+    assert all(row["warnings"] == [] for row in rows)
+
+
+def test_the_papers_multi_ball_campaign_warns_of_its_step_where_beds_are_deep():
+    rows = plan_rows(load_campaign(CAMPAIGNS / "paper-multi-ball.toml"))
+    # Three seeds of the two cheapest models.
+    assert len(rows) == (6 + 2 * 2) * 2
+    assert all(row["rotation_angle_rad"] == 8.0 for row in rows)
+    first = [row for row in rows if row["seed"] == 1]
+    # Above the linear limit by up to a third, where the S = 2.6 mill was measured to be right.
+    assert all(row["limit_fraction"] < 1.4 for row in rows)
+    deep = [row for row in first if row["S"] == 1.0]
+    assert all("times the damping limit" in row["warnings"][0] for row in deep)
+
+
+def test_equal_filling_is_the_physical_count_over_s_cubed_in_the_same_mill():
+    equal = load_campaign(CAMPAIGNS / "multi-ball-equal-filling.toml")
+    paper = load_campaign(CAMPAIGNS / "paper-multi-ball.toml")
+    for part in ("mill", "liner", "ball", "material", "wall"):
+        assert getattr(equal, part) == getattr(paper, part)
+    rows = plan_rows(equal)
+    assert {row["S"] for row in rows} == {1.3, 1.696, 2.6}
+    assert all(row["balls"] == round(231461 / row["S"] ** 3) for row in rows)
+    assert sorted({row["seed"] for row in rows if row["S"] > 1.5}) == [1, 2, 3]
+
+
+def test_the_physical_mill_is_the_paper_s_for_its_20_s():
+    physical = load_campaign(CAMPAIGNS / "physical-mill.toml")
+    paper = load_campaign(CAMPAIGNS / "paper-multi-ball.toml")
+    for part in ("mill", "liner", "ball", "material", "wall"):
+        assert getattr(physical, part) == getattr(paper, part)
+    (row,) = plan_rows(physical)
+    (same,) = (r for r in plan_rows(paper) if r["id"] == "mb-cg-paper-S1.000-seed1")
+    for key in ("balls", "time_step_s", "S", "scheme"):
+        assert row[key] == same[key]
+    assert row["rotation_angle_rad"] == 20.0 and row["omega_rad_s"] == 1.0
+
+
+def test_the_quick_campaign_holds_both_kinds_and_both_schemes_and_takes_minutes():
+    rows = plan_rows(load_campaign(CAMPAIGNS / "quick.toml"))
+    kinds = {(row["kind"], row["scheme"]) for row in rows}
+    assert len(kinds) == 4
+    single = sum(r["predicted_wall_time_s"] for r in rows if r["kind"] == "single-ball")
+    multi = sum(r["predicted_wall_time_s"] for r in rows if r["kind"] == "multi-ball")
+    # Single balls two at a time, charges on both cores.
+    assert single / 2.0 + multi < 5 * 60.0
+
+
+def test_the_example_of_the_reference_is_accepted(tmp_path):
+    text = (REPOSITORY / "docs" / "campaign.md").read_text()
+    path = tmp_path / "example.toml"
+    path.write_text(text.partition("```toml\n")[2].partition("```")[0])
+    assert len(plan_rows(load_campaign(path))) == 4
+
+
+def test_every_key_is_in_the_reference():
+    text = (REPOSITORY / "docs" / "campaign.md").read_text()
+    for section, keys in SECTIONS.items():
+        assert f"## [{section}]" in text
+        part = text.partition(f"## [{section}]")[2].partition("\n## ")[0]
+        for name, key in keys.items():
+            row = next((line for line in part.splitlines() if line.startswith(f"| `{name}` |")), "")
+            assert key.meaning in row, f"{section}.{name}"
+            assert key.accepted().replace("|", "\\|") in row, f"{section}.{name}"

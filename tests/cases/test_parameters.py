@@ -1,0 +1,79 @@
+import re
+
+import pytest
+
+from millscale.cases.parameters import parameters, write_parameters
+from paper_campaign import MULTI_BALL, REPOSITORY, cases
+
+PROMISED = set(
+    """
+mill_radius_physical gravity_physical omega_physical S scheme policy time_factor ball_radius
+ball_density youngs_modulus poisson_ratio restitution_pp restitution_pw static_friction_pp
+static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius lifter_top_radius lifters
+length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps
+settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
+tangential_model_pp tangential_model_pw rolling_model_pp rolling_model_pw soft_particles
+hard_particles surface tangential_damping wall_damping
+""".split()  # noqa: SIM905
+)
+
+
+@pytest.fixture
+def both_kinds(tmp_path):
+    return cases(tmp_path, **MULTI_BALL, scaling__S=[1.0, 1.696])
+
+
+def read(path) -> dict[str, str]:
+    lines = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
+    assert all(line[0] == "variable" and line[2] == "string" for line in lines)
+    return {line[1]: line[3] for line in lines}
+
+
+OF_A_MESH = {"curvature_deg", "liner_file"}
+
+
+def test_every_parameter_promised_is_written(both_kinds):
+    for case in both_kinds:
+        assert set(parameters(case)) >= PROMISED
+        assert not set(parameters(case)) & OF_A_MESH
+
+
+def test_a_mesh_wall_has_its_file_and_curvature(tmp_path):
+    for case in cases(tmp_path, **MULTI_BALL, wall__kind="mesh"):
+        assert set(parameters(case)) >= PROMISED | OF_A_MESH
+        assert parameters(case)["curvature_deg"] == case["wall"]["curvature_deg"]
+
+
+def test_numbers_come_back_exactly(both_kinds, tmp_path):
+    for case in both_kinds:
+        write_parameters(case, tmp_path)
+        written = read(tmp_path / "parameters.in")
+        assert float(written["S"]) == case["S"]
+        assert float(written["time_step"]) == case["time"]["step_s"]
+        assert float(written["half_box"]) == case["domain"]["half_box_m"]
+        assert float(written["length"]) == case["mill"]["simulated_length_m"]
+        assert written["scheme"] == case["scheme"]
+
+
+def test_counts_are_whole_numbers(both_kinds, tmp_path):
+    for case in both_kinds:
+        write_parameters(case, tmp_path)
+        written = read(tmp_path / "parameters.in")
+        for name in written:
+            if name.endswith("_steps") or name == "lifters":
+                assert written[name] == str(int(written[name]))
+
+
+def test_the_box_holds_the_mill(both_kinds):
+    for case in both_kinds:
+        values = parameters(case)
+        assert values["half_box"] > values["mill_radius"] + values["ball_radius"]
+
+
+def test_the_decks_use_no_variable_that_nobody_sets(both_kinds):
+    decks = "\n".join(path.read_text() for path in (REPOSITORY / "templates").glob("*.in"))
+    code = "\n".join(line.partition("#")[0] for line in decks.splitlines())
+    used = set(re.findall(r"\$\{(\w+)\}", code)) | set(re.findall(r"\bv_(\w+)", code))
+    own = set(re.findall(r"^\s*variable\s+(\w+)", code, re.M))
+    assert used, "the decks use no variables"
+    assert used - own <= set(parameters(both_kinds[0])) | OF_A_MESH

@@ -1,0 +1,160 @@
+"""provenance.json and `millscale verify`."""
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from millscale.engine import provenance
+from millscale.runs.digests import digest_of
+from millscale.runs.layout import STAGES
+from millscale.runs.provenance import read_provenance
+from millscale.workflow import stage_record, stages
+from small_campaign import CHARGE, SINGLE_BALLS, TEXT
+
+BALL = SINGLE_BALLS[0]
+
+
+def records(folder):
+    return json.loads((folder / "provenance.json").read_text())["stages"]
+
+
+def test_every_stage_says_with_what_it_was_made(finished):
+    for case_id, kind in ((BALL, "single-ball"), (CHARGE, "multi-ball")):
+        stages = records(finished.case(case_id))
+        assert set(stages) == {stage.name for stage in STAGES[kind]}
+        for stage in STAGES[kind]:
+            made = stages[stage.name]
+            assert set(stage.products) <= set(made["products"])
+            assert made["command"].startswith("millscale run ")
+            assert made["libraries"]["numpy"] and made["hardware"]["cores"] >= 1
+            assert ("engine" in made) == bool(stage.deck)
+    made = records(finished.case(CHARGE))["rotate"]
+    assert "dump/charge.000000000.liggghts" in made["products"]
+    assert len(made["engine"]["sha256"]) == 64
+
+
+def test_digests_are_those_of_sha256sum(finished):
+    case = finished.case(BALL)
+    line = subprocess.run(
+        ["sha256sum", case / "series.csv"], capture_output=True, text=True, check=True
+    )
+    digest = line.stdout.split()[0]
+    stages = records(case)
+    assert stages["rotate"]["products"]["series.csv"] == digest
+    assert stages["result"]["inputs"]["series.csv"] == digest
+
+
+def test_the_commit_is_that_of_git():
+    top = Path(provenance.__file__).parents[3]
+    line = ["git", "-C", top, "rev-parse", "HEAD"]
+    done = subprocess.run(line, capture_output=True, text=True)
+    if done.returncode or not (top / ".git").exists():
+        pytest.skip("not in a repository")
+    assert provenance.source_commit() == done.stdout.strip()
+
+
+def test_an_untouched_folder_has_no_differences(finished):
+    done = finished("verify")
+    assert done.returncode == 0 and "no differences" in done.stdout
+
+
+def changed(finished, name, by):
+    path = finished.case(BALL) / name
+    text = path.read_text()
+    date = path.stat().st_mtime_ns
+    path.write_text(by(text))
+    os.utime(path, ns=(date, date))
+
+
+@pytest.mark.parametrize(
+    ("name", "by", "said"),
+    [
+        ("series.csv", lambda text: text.replace("6", "7"), "series.csv: SHA-256 is"),
+        ("liner.stl", lambda text: text[:-200], "liner.stl: SHA-256 is"),
+        ("integrate.in", lambda text: text + "shell echo\n", "integrate.in: not the deck of this"),
+        (
+            "parameters.in",
+            lambda text: text.replace("omega_physical string 2", "omega_physical string 3"),
+            "parameters.in: not what case.json says",
+        ),
+        (
+            "case.json",
+            lambda text: text.replace('"gravity_m_s2": 9.81', '"gravity_m_s2": 9.82'),
+            "case.json: differs from the campaign in physical.gravity_m_s2 (campaign 9.81, file",
+        ),
+        ("case.json", lambda text: text[:100], "case.json: not valid JSON"),
+        ("provenance.json", lambda text: "{}", "liner.stl: stage mesh has no provenance"),
+    ],
+)
+def test_what_differs_is_said(finished, name, by, said):
+    changed(finished, name, by)
+    done = finished("verify")
+    assert done.returncode == 1 and f"{BALL}/{said}" in done.stdout
+    rows = json.loads(finished("verify", "--json").stdout)["differences"]
+    assert {row["case"] for row in rows} == {BALL}
+
+
+def test_a_missing_product_and_another_campaign_are_said(finished):
+    (finished.case(BALL) / "result.json").unlink()
+    copy = finished.runs / "campaign.toml"
+    copy.write_text(TEXT.replace("speed_rad_s = 2.0", "speed_rad_s = 2.1"))
+    done = finished("verify")
+    assert f"{BALL}/result.json: missing" in done.stdout
+    assert f"{CHARGE}/case.json: differs from the campaign in physical.omega_rad_s" in done.stdout
+
+
+def test_a_product_made_from_another_input_is_said(finished):
+    case, other = finished.case(BALL), finished.case(SINGLE_BALLS[1])
+    stages = records(case)
+    stages["rotate"]["products"]["series.csv"] = digest_of(other / "series.csv")
+    content = {"schema": 1, "stages": stages}
+    (case / "provenance.json").write_text(json.dumps(content))
+    shutil.copyfile(other / "series.csv", case / "series.csv")
+    assert f"{BALL}/result.json: stage result has read another series.csv" in (
+        finished("verify").stdout
+    )
+
+
+def test_a_stage_refuses_an_input_that_was_damaged(finished):
+    changed(finished, "series.csv", lambda text: text[:-40])
+    case = finished.case(BALL)
+    assert stages.run_stage(case, "result") == 1
+    cause = "damaged file: series.csv does not match its digest"
+    assert stage_record.read_record(case).cause.startswith(cause)
+    assert not (case / "result.json").exists()
+
+
+def test_a_damaged_product_is_made_again(finished):
+    before = (finished.case(BALL) / "series.csv").read_text()
+    changed(finished, "series.csv", lambda text: text[:-40])
+    said = "rotate  (series.csv is not what stage rotate made)"
+    assert said in finished("run", "--dry-run").stdout
+    assert finished("run").returncode == 0
+    assert (finished.case(BALL) / "series.csv").read_text() == before
+    assert "no differences" in finished("verify").stdout
+
+
+def test_a_damaged_restart_does_not_reach_the_engine(finished):
+    case = finished.case(CHARGE)
+    restart = case / "settled.restart"
+    date = restart.stat().st_mtime_ns
+    whole = restart.read_bytes()
+    restart.write_bytes(whole[:-3])
+    os.utime(restart, ns=(date, date))
+    assert finished("run").returncode == 0
+    assert restart.read_bytes() == whole
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["[]", "{", '{"schema": 1, "stages": {"mesh": {"inputs": {}, "products": {"../x": "a"}}}}',
+     '{"schema": 1, "stages": {"mesh": {"inputs": {}, "products": {"/etc/passwd": "a"}}}}',
+     '{"schema": 1, "stages": {"mesh": 3}}', "[" * 10**6],
+)  # fmt: skip
+def test_a_damaged_record_or_one_that_leads_outside_counts_as_none(tmp_path, content):
+    (tmp_path / "provenance.json").write_text(content)
+    assert read_provenance(tmp_path) == {}

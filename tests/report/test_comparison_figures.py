@@ -1,0 +1,160 @@
+"""Figures 9 to 14, run times and speed against error."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from numpy.testing import assert_allclose
+
+from millscale.analysis.charge.comparison import compare_charges
+from millscale.analysis.charge.speed_error import model_rows
+from millscale.analysis.paper.results import load_charges
+from millscale.report import images as report_figures
+from millscale.report.figures import comparison as comparison_figures
+from millscale.report.figures import shapes as shape_figures
+from millscale.report.figures import speed as speed_figures
+from millscale.report.figures.comparison import by_scheme, comparison_images
+from millscale.report.figures.snapshot_sheet import FALLING, VIEW, ball_picture, snapshot_sheet
+from millscale.runs.dumps import Dump
+
+
+@pytest.fixture(scope="module")
+def comparison(throws):
+    return compare_charges(load_charges([throws])[0])
+
+
+def dump_of(balls):
+    names = ("x", "y", "z", "radius")
+    columns = dict(zip(names, np.array(balls, float).T, strict=True))
+    return Dump(0, columns | {"id": np.arange(1.0, len(balls) + 1)})
+
+
+def test_ball_is_drawn_where_it_is_in_its_size_and_colour():
+    picture = ball_picture(dump_of([(0.5, 0.0, 0.25, 0.1)]), np.array([False]), 1.0, pixels=208)
+    pixel = 2.0 * VIEW / 208  # 0.01
+    row, column = np.nonzero(np.any(picture < 250, axis=2))
+    assert_allclose((column.mean() + 0.5) * pixel - VIEW, 0.5, atol=pixel)
+    assert_allclose(VIEW - (row.mean() + 0.5) * pixel, 0.25, atol=pixel)
+    # Of 314 pixels in the disc, a tenth may fall on either side of its rim.
+    assert_allclose(row.size * pixel**2, np.pi * 0.1**2, rtol=0.1)
+    brightest = picture.reshape(-1, 3)[np.argmin(np.abs(picture.reshape(-1, 3) - FALLING).sum(1))]
+    assert_allclose(brightest.astype(int), FALLING, atol=3)
+
+
+@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
+def test_nearer_ball_hides_the_farther_whatever_their_order(order):
+    balls = np.array([(0.0, 0.9, 0.0, 0.2), (0.0, 0.1, 0.0, 0.2)])[order]
+    picture = ball_picture(dump_of(balls), balls[:, 1] < 0.5, 1.0, pixels=101)
+    red, _, blue = picture[50, 50].astype(int)
+    assert red > blue
+
+
+def test_balls_smaller_than_a_pixel_are_seen():
+    picture = ball_picture(dump_of([(0.3, 0.0, 0.3, 1e-4)]), np.array([True]), 1.0, pixels=100)
+    assert 1 <= np.any(picture < 250, axis=2).sum() <= 4
+
+
+def test_sheet_has_a_row_for_each_model_and_a_column_for_each_angle(comparison):
+    charges = comparison.charges[:2]
+    figure = snapshot_sheet(charges, [0.5, 0.75, 1.0])
+    assert len(figure.axes) == 6
+    assert [axes.get_title() for axes in figure.axes[:3]] == ["0.5 rad", "0.75 rad", "1 rad"]
+    assert "S = 2.6" in figure.axes[3].get_ylabel()
+    assert [text.get_text() for text in figure.axes[1].texts] == ["no dump"]
+    drawn = figure.axes[0].images[0].get_array()
+    assert np.any(drawn[..., 0] > drawn[..., 2] + 50)
+    assert np.any(drawn[..., 2] > drawn[..., 0] + 50)
+
+
+def test_contours_of_the_physical_mill_are_black_and_of_all_models(comparison):
+    figure = shape_figures.contours(comparison, comparison.charges)
+    axes = figure.axes[0]
+    colours = [to_hex(line.get_color()) for line in axes.lines if line.get_label()[0] == "S"]
+    assert colours.count("#000000") == 1
+    assert len(colours) == 4
+
+
+def test_only_curtains_of_enough_balls_are_drawn(comparison):
+    figure = shape_figures.curtain_profiles(comparison, comparison.charges)
+    said = {axes.get_title(): [text.get_text() for text in axes.texts] for axes in figure.axes}
+    assert said == {
+        "curtain 2": ["too few balls"],
+        "curtain 4": [],
+        "curtain 6": [],
+        "curtain 7": ["too few balls"],
+    }
+
+
+def test_mass_flow_is_drawn_in_both_frames_in_percent(comparison):
+    figure = shape_figures.mass_flow(comparison.charges)
+    fixed, rotating = figure.axes
+    share = comparison.charges[0].series["box_fixed_mass_fraction"]
+    assert_allclose(fixed.lines[0].get_ydata(), 100.0 * share)
+    assert_allclose(rotating.lines[0].get_ydata(), 100.0 * (share + 0.01))
+
+
+def test_speed_against_error_has_every_model_but_the_reference(comparison):
+    models = model_rows(comparison.rows)
+    figure = speed_figures.speed_against_error(models)
+    for axes, (name, _, factor) in zip(figure.axes, speed_figures.PANELS, strict=True):
+        assert len(axes.containers) == 2  # the two schemes
+        drawn = np.concatenate([c.lines[0].get_ydata() for c in axes.containers])
+        expected = [factor * m[name] for m in models if not m["is_reference"]]
+        assert_allclose(sorted(drawn), sorted(expected))
+
+
+def test_speed_against_error_has_no_panel_for_what_no_model_measured(comparison):
+    models = [row | {"power_error": None} for row in model_rows(comparison.rows)]
+    figure = speed_figures.speed_against_error(models)
+    titles = [title for name, title, _ in speed_figures.PANELS if name != "power_error"]
+    assert [axes.get_ylabel() for axes in figure.axes] == titles
+
+
+def test_run_times_stand_beside_the_paper_s(comparison):
+    axes = speed_figures.run_times(model_rows(comparison.rows)).axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    assert_allclose(lines["the paper, 20 s"].get_ydata()[[0, -1]], [35.2, 0.65])
+    assert_allclose(lines["constant gravity"].get_ydata(), 12.5 / 3600.0)
+
+
+def test_images_have_the_paper_s_numbers_in_their_captions(comparison, tmp_path, monkeypatch):
+    monkeypatch.setattr(report_figures, "DPI", 30)
+    images = comparison_images(comparison, tmp_path)
+    captions = [
+        image.caption
+        for group in (images.sheets, images.contours, images.curtains, images.flow, images.speed)
+        for image in group
+    ]
+    for number in ("Fig. 9", "Fig. 10", "Fig. 11", "Fig. 12", "Fig. 13", "Fig. 14", "Table 10"):
+        assert any(caption.startswith(number) for caption in captions), number
+    assert images.problems == []
+    assert len(list(tmp_path.glob("*.png"))) == len(captions)
+
+
+def test_a_sheet_that_cannot_be_drawn_is_explained(comparison, tmp_path, monkeypatch):
+    from millscale.runs.untrusted import RunFolderError
+
+    def cannot(charges, angles):
+        raise RunFolderError(charges[0].finished.folder, "damaged", "run again")
+
+    monkeypatch.setattr(report_figures, "DPI", 30)
+    monkeypatch.setattr(comparison_figures, "snapshot_sheet", cannot)
+    images = comparison_images(comparison, tmp_path)
+    assert images.sheets == []
+    assert len([problem for problem in images.problems if "damaged" in problem]) == 2
+    assert images.contours
+
+
+def test_a_scheme_without_the_physical_mill_of_its_own_is_drawn_with_the_other_s():
+    def charge(scheme, S):
+        return SimpleNamespace(case={"scheme": scheme}, S=S)
+
+    physical, half = charge("constant-gravity", 1.0), charge("constant-gravity", 2.0)
+    third, own = charge("constant-speed", 3.0), charge("constant-speed", 1.0)
+    assert by_scheme([half, physical, third]) == {
+        "constant-gravity": [physical, half],
+        "constant-speed": [physical, third],
+    }
+    assert by_scheme([physical, third, own])["constant-speed"] == [own, third]
+    assert by_scheme([half, third])["constant-speed"] == [third]

@@ -1,0 +1,371 @@
+"""The report of a campaign."""
+
+import base64
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import pytest
+
+from millscale.analysis.finished_campaign import OUTDATED, load_campaign
+from millscale.analysis.paper import numbers as paper
+from millscale.report import build as report
+from millscale.report import images as report_figures
+from millscale.report.build import (
+    build_report,
+    degrees,
+    duration,
+    hundredths,
+    main,
+    number,
+    percent,
+)
+from millscale.report.figures import single_ball as figures
+from millscale.runs.case_digest import case_digest
+from millscale.runs.untrusted import RunFolderError
+from synthetic_case import record_stages
+
+
+class Page(HTMLParser):
+    """What a test looks at: images, links, text, numbers of the paper; and that tags close."""
+
+    VOID = ("meta", "img", "br", "link")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.images, self.links, self.text, self.open = [], [], "", []
+        self.of_paper, self.in_paper = [], False
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        if tag == "img":
+            self.images.append(values)
+        self.links += [values[key] for key in ("href", "src") if key in values]
+        self.in_paper = values.get("class") == "paper"
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+        self.in_paper = False
+
+    def handle_data(self, data):
+        self.text += data
+        if self.in_paper:
+            self.of_paper.append(data)
+
+
+@pytest.fixture(scope="module")
+def built(runs, tmp_path_factory):
+    """Report of one policy of the campaign, and of its charges."""
+    copy = tmp_path_factory.mktemp("report") / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("*corrected*", "*offset-liner*"))
+    keep_listed(copy)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_figures, "DPI", 40)
+        patch.setattr(report_figures, "draw_pictures", one_picture)
+        return build_report(copy)
+
+
+def one_picture(folder, mill_angles, to):
+    """In place of the drawing, which has its own tests."""
+    path = to / f"{folder.name}.png"
+    path.write_bytes(b"\x89PNG\r\n")
+    return [(path, mill_angles[-1])]
+
+
+@pytest.fixture
+def page(built):
+    return Page(built.read_text())
+
+
+def keep_listed(runs):
+    ids = sorted(path.name for path in (runs / "cases").iterdir())
+    content = json.loads((runs / "campaign.json").read_text()) | {"cases": ids}
+    (runs / "campaign.json").write_text(json.dumps(content))
+
+
+def test_page_is_self_contained_and_closed(page):
+    assert page.open == []
+    for link in page.links:
+        assert link.startswith(("data:image/png;base64,", "#", "https://doi.org/"))
+
+
+def test_page_holds_the_figures(page, built):
+    captions = [image["alt"] for image in page.images]
+    for scheme in ("constant gravity", "constant speed"):
+        for suffix in ("in metres", "over the mill radius R", "[J]", "over the predicted ratio"):
+            assert f"{scheme}, {suffix}" in captions
+        assert f"{scheme}: energy ratio against its prediction" in captions
+    assert captions.count("1.00 rad") == 2
+    for image in page.images:
+        assert base64.b64decode(image["src"].partition(",")[2]).startswith(b"\x89PNG")
+    files = {path.name for path in built.parent.iterdir()}
+    assert {"fig6-constant-gravity-paper.png", "fig8-constant-speed.png"} <= files
+
+
+@pytest.fixture(scope="module")
+def of_another_mill(runs, tmp_path_factory):
+    """Report of the same cases as of a mill that is not the paper's: one lifter is another."""
+    copy = tmp_path_factory.mktemp("another") / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("*corrected*", "*offset-liner*"))
+    keep_listed(copy)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report_figures, "DPI", 40)
+        patch.setattr(report_figures, "draw_pictures", one_picture)
+        patch.setattr(paper, "LIFTERS", paper.LIFTERS - 1)
+        return build_report(copy)
+
+
+def test_the_page_of_another_mill_does_not_speak_of_the_paper(of_another_mill, page):
+    other = Page(of_another_mill.read_text())
+    assert other.open == [] and other.of_paper == []
+    # The words are on the page of the paper's mill.
+    for words in ("the paper", "Powder Technology", "Tables 8", "Fig."):
+        assert words not in other.text
+        assert words in page.text
+    captions = " ".join(image["alt"] for image in other.images)
+    assert "Fig" not in captions and "Table" not in captions
+    for row in (x for x in other.text.splitlines() if "2.600" in x):
+        assert "0.65 h" not in row
+
+
+def test_checks_and_results_of_another_mill_hold_no_numbers_of_the_paper(of_another_mill, built):
+    ours, other = (
+        json.loads((x.parent / "results.json").read_text()) for x in (built, of_another_mill)
+    )
+    about_the_law = [x for x in ours["checks"] if "deviation" in x or "linear" in x]
+    assert about_the_law and not set(about_the_law) & set(other["checks"])
+    assert all(row["paper_energy_ratio"] is None for row in other["single_ball"])
+    assert any(row["paper_energy_ratio"] is not None for row in ours["single_ball"])
+    assert all(row["paper_wall_time_h"] is None for row in other["multi_ball"])
+
+
+@pytest.mark.filterwarnings("error")
+def test_ratios_of_another_mill_without_a_reference_are_drawn_in_silence(runs):
+    rows = [dict(row, energy_ratio=None) for row in load_campaign(runs).rows]
+    figure = figures.energy_ratios("constant-gravity", rows, of_paper=False)
+    assert figure.axes[0].get_legend() is None
+
+
+def test_page_shows_ours_beside_the_paper(page):
+    for value in ("A made-up CPU", "35.50", "63.90", "2.1839", "0.3874"):
+        assert value in page.text
+    # Tables 8, 9, 10, 4 and 7, section 4.1; the worst deviation of Table 8.
+    for value in (
+        "4.57",
+        "0.66",
+        "0.753",
+        "0.151",
+        "0.65 h",
+        "3610",
+        "3.77",
+        "0.998",
+        "0.996",
+        "68",
+        "-2.08 %",
+    ):
+        assert value in page.of_paper
+    assert "None" not in page.text
+    assert "nan" not in page.text
+
+
+def test_results_json_holds_the_promised_keys(built):
+    results = json.loads((built.parent / "results.json").read_text())
+    assert results["schema"] == 1
+    assert results["campaign"] == "synthetic"
+    promised = "id scheme policy S detach_angle_deg liner_off_angle_deg energy_change_J "
+    promised += "energy_ratio predicted_ratio relative_error wall_time_s"
+    assert len(results["single_ball"]) == 6
+    for row in results["single_ball"]:
+        assert set(promised.split()) <= row.keys()
+    assert len(results["multi_ball"]) == 2
+    assert results["checks"]["all_cases_finished"]["passed"] is True
+
+
+def edited(folder):
+    """A case.json that says twice the speed."""
+    case = json.loads((folder / "case.json").read_text())
+    case["mill"]["omega_rad_s"] *= 2.0
+    (folder / "case.json").write_text(json.dumps(case))
+
+
+def test_products_of_another_case_are_named_and_left_out(runs, tmp_path):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy)
+    whole = load_campaign(copy).results()
+    one, two, three = ("sb-cg-paper-S1.300", "sb-cs-paper-S2.600", "mb-cg-paper-S2.600")
+    edited(copy / "cases" / one)
+    with (copy / "cases" / two / "series.csv").open("a") as series:
+        series.write("\n")
+    # The result of another case, and all that it was made from.
+    for name in ("result.json", "series.csv", "timing.json"):
+        shutil.copyfile(copy / "cases/mb-cs-paper-S2.600" / name, copy / "cases" / three / name)
+    results = load_campaign(copy).results()
+    assert set(results["missing"]) == {one, two, three}
+    assert "stale: case.json has changed since stage mesh read it" in results["missing"][one]
+    assert "stale: series.csv is not what stage rotate made" in results["missing"][two]
+    assert "is not what stage rotate made" in results["missing"][three]
+    assert results["missing"][one].endswith(f"--runs {copy} --only {one}")
+    assert not results["checks"]["all_cases_finished"]["passed"]
+    kept = [row for row in whole["single_ball"] if row["id"] not in (one, two)]
+    ratios = [(row["id"], row["energy_ratio"]) for row in results["single_ball"]]
+    assert ratios == [(row["id"], row["energy_ratio"]) for row in kept]
+
+
+def test_a_case_that_the_campaign_now_describes_otherwise_is_left_out(runs, tmp_path):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy)
+    about = json.loads((copy / "campaign.json").read_text())
+    cases = {x: json.loads((copy / "cases" / x / "case.json").read_text()) for x in about["cases"]}
+    about["digests"] = {name: case_digest(case) for name, case in cases.items()}
+    (copy / "campaign.json").write_text(json.dumps(about))
+    assert load_campaign(copy).missing == {}
+    about["digests"]["sb-cg-paper-S1.000"] = "0" * 64
+    (copy / "campaign.json").write_text(json.dumps(about))
+    assert load_campaign(copy).missing == {"sb-cg-paper-S1.000": OUTDATED}
+
+
+def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
+    (copy / "cases/sb-cs-paper-S1.000/series.csv").unlink()
+    (copy / "cases/sb-cg-corrected-S1.300/result.json").write_text('{"schema": 1,')
+    record_stages(copy / "cases/sb-cg-corrected-S1.300")
+    failed = copy / "cases/sb-cs-corrected-S1.300"
+    (failed / "timing.json").unlink()
+    record = {"stage": "rotate", "state": "failed", "cause": "lost ball: 1 <i>", "advice": "look"}
+    (failed / "stage.json").write_text(json.dumps(record))
+    for drawn in ("policy_figures", "ratio_figures"):
+        monkeypatch.setattr(report_figures, drawn, lambda *_: {})
+    monkeypatch.setattr(report, "_energies", lambda _: [])
+    page = Page(build_report(copy).read_text())
+    results = json.loads((copy / "report/results.json").read_text())
+    assert results["missing"]["sb-cs-paper-S1.000"] == "no series.csv yet"
+    assert "cut short" in results["missing"]["sb-cg-corrected-S1.300"]
+    assert results["missing"]["mb-cg-paper-S2.600"].startswith("no case.json, series.csv")
+    why = "rotate failed: lost ball: 1 <i>; to do: look"
+    assert results["missing"][failed.name] == why and why in page.text
+    assert len(results["single_ball"]) == 15
+    assert "sb-cs-paper-S1.000" in page.text
+    # A policy without its own S = 1 is compared with another policy's: the same mill.
+    ratios = [row["energy_ratio"] for row in results["single_ball"]]
+    assert None not in ratios
+
+
+def test_failed_report_leaves_the_earlier_one(built, monkeypatch):
+    before = built.read_bytes()
+    monkeypatch.setattr(report, "_page", lambda *_: 1 / 0)
+    with pytest.raises(RunFolderError, match="not understood: ZeroDivisionError"):
+        build_report(built.parent.parent)
+    assert built.read_bytes() == before
+
+
+def test_pictures_that_cannot_be_drawn_are_explained(runs, tmp_path, monkeypatch):
+    def cannot(folder, angles, to):
+        raise RunFolderError(folder, "drawing failed", "apt-get install libegl1")
+
+    monkeypatch.setattr(report_figures, "draw_pictures", cannot)
+    drawn = report_figures.charge_images(load_campaign(runs).charges[0], tmp_path)
+    assert drawn.pictures == []
+    assert "apt-get install libegl1" in drawn.problem
+    assert len(drawn.series) == 2
+
+
+def test_campaign_without_a_finished_case_is_refused(folder, tmp_path, capsys):
+    (tmp_path / "campaign.json").write_text(json.dumps({"cases": [folder.name]}))
+    assert main([str(tmp_path)]) == 1
+    assert re.search(r"none of its 1 cases is finished; run them with", capsys.readouterr().err)
+    assert not (tmp_path / "report").exists()
+
+
+def test_numbers_for_people():
+    assert [hundredths(0.0123), hundredths(None)] == ["1.23", "–"]
+    assert [degrees(1.0), degrees(None)] == ["57.3", "–"]
+    assert [number(1.23456, 2), number(None), number(0.0)] == ["1.23", "–", "0.000"]
+    # A small mill's energies and power are not shown as nothing.
+    assert [number(2.39e-5, 4), number(-4.2e-4)] == ["2.39e-05", "-0.00042"]
+    assert number(0.0012) == "0.001"
+    assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
+    assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]
+
+
+@pytest.mark.parametrize(
+    ("end", "angles"),
+    [
+        (1.0, [0.0, 0.5, 1.0]),
+        (2.499, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]),
+        (8.0, [0.0, 2.0, 4.0, 6.0, 8.0]),
+        (20.0, [0.0, 4.0, 8.0, 12.0, 16.0, 20.0]),
+    ],
+)
+def test_pictures_are_at_round_mill_angles(runs, monkeypatch, tmp_path, end, angles):
+    case = load_campaign(runs).charges[0]
+    case.result["rotation_angle_rad"] = end
+    asked = []
+    monkeypatch.setattr(report_figures, "draw_pictures", lambda *a: asked.extend(a[1]) or [])
+    monkeypatch.setattr(report_figures, "save_image", lambda *a: None)
+    report_figures.charge_images(case, tmp_path)
+    assert asked == angles
+
+
+def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
+    ignored = shutil.ignore_patterns("sb-*", "mb-cs-*", "report")
+    shutil.copytree(runs, tmp_path / "runs", ignore=ignored)
+    (tmp_path / "runs/campaign.json").write_text('{"schema": 1, "cases": ["mb-cg-paper-S2.600"]}')
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    page = Page(build_report(tmp_path / "runs").read_text())
+    assert page.open == []
+    assert "runs" in page.text
+    assert len(page.images) == 7  # with Figs. 9, 11, Table 10
+
+
+def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeypatch):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
+    keep_listed(copy)
+    monkeypatch.setattr(report_figures, "DPI", 40)
+    text = build_report(copy).read_text()
+    table = text[text.index("free flight begins</th>") :]
+    table = table[: table.index("</table>")]
+    for policy in ("paper", "corrected", "offset-liner"):
+        assert table.count(f'<td class="text">{policy}</td>') == 2  # once a scheme
+
+
+def test_charges_are_compared_with_the_physical_mill(throws, tmp_path, monkeypatch):
+    shutil.copytree(throws, tmp_path / "runs")
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    index = build_report(tmp_path / "runs")
+    page = Page(index.read_text())
+    assert page.open == []
+    shapes = page.text[page.text.index("Charge of scaled mills") :]
+    for words in ("Speed against error", "reference", "constant speed", "mb-cg-paper-S1.000"):
+        assert words in shapes
+    assert "None" not in page.text
+    assert "nan" not in shapes
+    assert {"231,461", "20600", "13,370", "1190"} <= set(page.of_paper)  # Table 10
+    assert "51.6" in shapes  # the shoulder, 0.9 rad
+    assert "No physical mill" not in shapes
+    assert [image["alt"] for image in page.images if image["alt"].startswith("Fig. 12")]
+    results = json.loads((index.parent / "results.json").read_text())
+    assert len(results["charge_errors"]) == 4
+    assert len(results["charge_schemes"]) == 1
+
+
+def test_report_is_written_in_utf8_under_a_locale_without_it(runs, tmp_path):
+    copy = shutil.copytree(runs, tmp_path / "läufe")
+    (copy / "campaign.json").write_text(
+        json.dumps(json.loads((copy / "campaign.json").read_text()) | {"name": "Mühle"})
+    )
+    ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    line = [sys.executable, "-m", "millscale.report.build", str(copy)]
+    done = subprocess.run(line, env=os.environ | ascii_only, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+    assert "Mühle" in (copy / "report" / "index.html").read_text(encoding="utf-8")
