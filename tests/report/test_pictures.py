@@ -10,12 +10,12 @@ from numpy.testing import assert_allclose
 
 from millscale.analysis.shapes.cross_section import liner_outline, turned
 from millscale.analysis.shapes.snapshots import (
-    draw_pictures,
     first_dump,
     mill_angle_at,
     snapshots_near,
     starts_on_rising_side,
 )
+from millscale.report.picture_process import draw_pictures
 from millscale.report.pictures import liner_section
 from millscale.runs.case_folder import load_case
 from millscale.runs.dumps import Dump
