@@ -71,9 +71,8 @@ def test_sizes_for_people(size, text):
 @pytest.mark.engine
 def test_a_run_takes_what_was_predicted(tmp_path, monkeypatch):
     """No more than predicted, and more than a fifth: fixed shares weigh much in so small a case."""
-    from provoked_failures import prepared
-
     from millscale.workflow.stages import run_stage
+    from provoked_failures import prepared
 
     runs = prepared(tmp_path)
     folder = runs / "cases" / CHARGE

@@ -1,6 +1,6 @@
 """Provokes every kind of failure with the real engine and notes what millscale says of it.
 
-python tests/workflow/provoked_failures.py --to docs/results/failures.json
+python tests/shared/provoked_failures.py --to docs/results/failures.json
 
 Needs the engine (MILLSCALE_ENGINE or the PATH), and for the full disk `unshare` and the right to
 mount in a name space of its own. Each failure has a copy of a small campaign for itself.
@@ -374,7 +374,7 @@ def main() -> int:
     record = {
         "schema": 1,
         **provenance(),
-        "command": f"python tests/workflow/provoked_failures.py --to {options.to}",
+        "command": f"python tests/shared/provoked_failures.py --to {options.to}",
         "kinds_provoked": kinds,
         "kinds_not_provoked": sorted(set(KINDS) - set(kinds) - {UNKNOWN}),
         "recognised": sum(row["recognised"] for row in rows),

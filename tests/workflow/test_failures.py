@@ -4,13 +4,13 @@ import json
 import os
 import time
 
-import provoked_failures
 import pytest
-from provoked_failures import PROVOCATIONS, provoke
 
+import provoked_failures
 from millscale.workflow import stage_record, stage_work, stages
 from millscale.workflow.failures import KINDS, UNKNOWN, Traces, advice_of, classify
 from paper_campaign import cases
+from provoked_failures import PROVOCATIONS, provoke
 from small_campaign import SINGLE_BALLS
 
 # The quick ones run always; the rest with -m validate.
