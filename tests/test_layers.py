@@ -52,7 +52,7 @@ def python_sources() -> Iterator[tuple[str, Path]]:
     """Yield the dotted name and the path of each module."""
     for folder, package in (
         ("scripts/millscale", "millscale"),
-        ("meshes", "millscale.mesh"),
+        ("meshes/mesh", "millscale.mesh"),
         ("analysis", "millscale.analysis"),
     ):
         for path in sorted((ROOT / folder).rglob("*.py")):
