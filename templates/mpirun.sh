@@ -8,7 +8,7 @@
 #   sh mpirun.sh OPTION ...         options for mpirun, such as --oversubscribe
 # Repeat the command to go on with a run that was ended early. The lines it runs:
 @lines@
-# `millscale status`, `run` and `report` use what it makes: docs/files.md, "Run by hand".
+# `millscale status`, `run` and `report` use what it makes: docs/guide/run-by-hand.md.
 set -eu
 
 ranks=${RANKS:-@ranks@}

@@ -3,7 +3,7 @@
     python -m pytest tests -m contact --contact-docs docs
 
 runs every test that makes rows, slow ones too, and writes docs/results/contact-tests.json and
-docs/contact-tests.md from them. Without the option the rows are only asserted. With
+docs/results/contact-tests.md from them. Without the option the rows are only asserted. With
 `--contact-keep` and -k a part of the tests is run anew.
 """
 

@@ -28,7 +28,7 @@ class ChargeComparison:
     """All charges against their references.
 
     Attributes:
-        rows: one for each charge; keys and units: docs/files.md.
+        rows: one for each charge; keys and units: docs/reference/files.md.
         schemes: rows of constant speed against constant gravity at the same S.
         shapes: by mill angle [rad] and charge (campaign and id), at the angles to draw.
     """

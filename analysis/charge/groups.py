@@ -29,9 +29,9 @@ LIKENESSES = ("curtain_iou_whole", "curtain_iou_upper", "curtain_iou_lower",
 def compare_groups(first: Sequence[Charge], second: Sequence[Charge]) -> dict[str, Any]:
     """Distances between the groups and within them, and differences of their means.
 
-    A distance is an error of docs/files.md, or 1 minus an overlap or correlation. The groups agree
-    in it if the mean between them is no larger than the largest within one; in a mean of a time
-    series if the difference of the groups is no larger than the range of one.
+    A distance is an error of docs/reference/files.md, or 1 minus an overlap or correlation.
+    The groups agree in a distance if its mean between them is no larger than the largest within
+    one group. They agree in a mean if the groups differ by no more than the range of one group.
 
     Args:
         first, second: two seeds or more each.

@@ -21,7 +21,9 @@ from millscale.runs.dumps import read_dump
 
 
 def compare_two(first: Charge, second: Charge) -> dict[str, Any]:
-    """What the two are, and the errors of the first against the second; keys: docs/files.md.
+    """Return what the two charges are, and the errors of the first against the second.
+
+    Keys: docs/reference/files.md.
 
     Raises:
         RunFolderError: no dumps, or a damaged one.

@@ -30,7 +30,7 @@ from millscale.runs.dumps import Dump
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
 KERNEL_OVER_BALL_RADIUS = 1.5  # at least: below, single balls show
-STATE, CARRIER = "c_detach[1]", "c_detach[24]"  # of compute mill/detach: docs/styles.md
+STATE, CARRIER = "c_detach[1]", "c_detach[24]"  # of compute mill/detach: docs/reference/styles.md
 
 
 @dataclass(frozen=True)

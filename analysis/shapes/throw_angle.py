@@ -16,7 +16,7 @@ import numpy as np
 from millscale.analysis.shapes.curtain import IN_FLIGHT
 from millscale.runs.dumps import Dump
 
-# Of compute mill/detach: docs/files.md. In flight; time in it [s]; from the outermost layer.
+# Columns of compute mill/detach (docs/reference/styles.md): state, time in flight [s], outermost.
 STATE, FLIGHT_TIME, OUTERMOST = "c_detach[1]", "c_detach[22]", "c_detach[23]"
 FEWEST_BALLS = 12  # as of a curtain
 

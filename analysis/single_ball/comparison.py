@@ -29,7 +29,7 @@ Key = tuple[str, str, float]
 
 
 def single_ball_rows(cases: list[FinishedCase]) -> list[Row]:
-    """A row for each case, by scheme, policy and S; keys and units: docs/files.md.
+    """A row for each case, by scheme, policy and S; keys and units: docs/reference/files.md.
 
     Energies are changes on the parabola of the first throw. Ratios are to S = 1 of the same scheme
     and policy, or of another policy: all policies are the same mill there.

@@ -21,7 +21,7 @@ def ball_of(case: dict[str, Any]) -> energy.Ball:
 
 
 def single_ball_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
-    """Throws, regions and energy changes of a single ball; keys and units: docs/files.md.
+    """Throws, regions and energy changes of a single ball; keys and units: docs/reference/files.md.
 
     Angles from the vertical are in degrees, mill angles in rad. The first throw is the paper's;
     means and standard deviations (n - 1) go over all cycles.

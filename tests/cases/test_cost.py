@@ -20,7 +20,7 @@ from paper_campaign import MULTI_BALL, REPOSITORY, cases
 
 
 def charge(length=0.3846, balls=13370, surface="fast", wall="analytic"):
-    """The S = 2.6 mill of docs/performance.md: 300 axis-long panels, skin 15 mm, of ours 20."""
+    """The S = 2.6 mill of docs/results/performance.md: 300 panels, skin 15 mm, of ours 20."""
     return {
         "kind": "multi-ball",
         "ball": {"count": balls, "radius_m": 0.02},
@@ -36,7 +36,7 @@ def single_ball(triangles, wall="mesh"):
     return {"kind": "single-ball", "wall": {"kind": wall, "triangles": triangles}}
 
 
-# ns per ball and step on one core, docs/performance.md.
+# ns per ball and step on one core, docs/results/performance.md.
 @pytest.mark.parametrize(
     ("surface", "wall", "measured"),
     [("fast", "analytic", 177), ("default", "analytic", 443), ("default", "mesh", 568)],

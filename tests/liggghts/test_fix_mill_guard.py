@@ -158,7 +158,8 @@ def test_a_ball_alone_needs_no_pair_style(tmp_path):
 
 
 def _causes(words):
-    return words.split("likeliest first: ")[1].split("; see docs/hard-cases.md")[0].split("; ")
+    listed = words.split("likeliest first: ")[1]
+    return listed.split("; see docs/results/hard-cases.md")[0].split("; ")
 
 
 @pytest.mark.parametrize("ranks", [1, 2])

@@ -1,4 +1,4 @@
-"""Made-up run folders in the form of docs/files.md, with motion known in closed form."""
+"""Made-up run folders in the form of docs/reference/files.md, with motion known in closed form."""
 
 from __future__ import annotations
 

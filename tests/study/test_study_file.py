@@ -183,7 +183,7 @@ def test_the_ladder_holds_the_cases_of_the_papers_campaigns():
 
 
 def test_the_example_of_the_documentation_is_accepted_and_every_key_is_in_it(tmp_path):
-    text = (REPOSITORY / "docs" / "study.md").read_text()
+    text = (REPOSITORY / "docs/guide/study.md").read_text(encoding="utf-8")
     file = tmp_path / "example.toml"
     example = text.partition("```toml\n")[2].partition("```")[0]
     shutil.copy(CAMPAIGNS / "paper-multi-ball.toml", tmp_path)

@@ -32,4 +32,4 @@ def test_no_run_crashed_or_lost_a_ball_without_a_name(document):
 
 
 def test_the_page_is_made_of_the_results(document):
-    assert (DOCS / "hard-cases.md").read_text() == page(document)
+    assert (DOCS / "results/hard-cases.md").read_text(encoding="utf-8") == page(document)

@@ -31,7 +31,7 @@ def energy_account(ledger: Mapping[str, Any]) -> Figure:
     the energy of one impact.
 
     Args:
-        ledger: section `ledger` of a result.json, docs/files.md.
+        ledger: section `ledger` of a result.json, docs/reference/files.md.
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.6), layout="constrained")

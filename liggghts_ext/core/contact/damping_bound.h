@@ -13,7 +13,7 @@ namespace millscale::contact {
 /// them, and beyond 2/7 a speed changes its sign from step to step. Divided, they take at most
 /// 7/2 y / (1 + y): the second limit is met at y = 2/5, and at y = 4/3 the first. The divisor goes
 /// to 1 with dt, so the converged motion stays the same; `damping_time_step_limit` has what it
-/// gains, docs/time-step.md what is measured. Derived here.
+/// gains, docs/results/time-step.md what is measured. Derived here.
 [[gnu::always_inline]] inline double damping_held(double damping, double mass, double dt)
 {
   return dt * damping / mass;

@@ -210,7 +210,7 @@ inline std::string report(const Suspect& ball, const std::string& fault, long st
          std::to_string(step) + ", position " + text(ball.position) + " m, speed " +
          format(std::sqrt(dot(ball.velocity, ball.velocity))) + " m/s, force " +
          format(std::sqrt(dot(ball.force, ball.force))) + " N, nearest wall " + near_wall +
-         "; likeliest first: " + list + "; see docs/hard-cases.md";
+         "; likeliest first: " + list + "; see docs/results/hard-cases.md";
 }
 
 }  // namespace millscale::charge

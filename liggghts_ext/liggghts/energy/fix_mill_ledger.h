@@ -15,7 +15,8 @@ class FixMillSimilarity;
 
 /// Account of the charge's energy: work of the mill, energies of the balls, what contacts store and
 /// dissipate, and the spectrum of impacts. `pair_style gran ... surface fast` and fix wall/mill
-/// write into it while it is there. Arguments and f_ID[k]: docs/styles.md; method: docs/energy.md.
+/// write into it while it is there. Arguments and f_ID[k]: docs/reference/styles.md.
+/// Method: docs/theory/energy-budget.md.
 class FixMillLedger : public Fix {
  public:
   FixMillLedger(class LAMMPS*, int, char**);

@@ -18,7 +18,7 @@ class FixMillSimilarity;
 
 /// What the charge as a whole does, in one pass over the balls and one collective: energies, centre
 /// of mass, monitoring boxes, toe and shoulder, largest overlap and speed. Stops the run when balls
-/// are lost or outside the liner. Arguments and c_ID[k]: docs/styles.md.
+/// are lost or outside the liner. Arguments and c_ID[k]: docs/reference/styles.md.
 class ComputeMillCharge : public Compute {
  public:
   ComputeMillCharge(class LAMMPS*, int& iarg, int narg, char**);

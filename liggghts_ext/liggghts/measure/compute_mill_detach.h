@@ -10,7 +10,7 @@ namespace LAMMPS_NS {
 class FixMillDetachTrack;
 
 /// State of each ball and where and when it last left liner and charge; statistics of the angles.
-/// Columns, definitions and thresholds: docs/styles.md.
+/// Columns, definitions and thresholds: docs/reference/styles.md.
 class ComputeMillDetach : public Compute {
  public:
   ComputeMillDetach(class LAMMPS*, int& iarg, int, char**);

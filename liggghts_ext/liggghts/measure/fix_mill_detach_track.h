@@ -12,7 +12,8 @@ class FixMillSimilarity;
 class FixWallMill;
 
 /// Per-ball detachment records, advanced at the end of every step and carried across ranks and
-/// restarts. Made by compute mill/detach, which publishes them; arguments: docs/styles.md.
+/// restarts. Made by compute mill/detach, which publishes them.
+/// Arguments: docs/reference/styles.md.
 class FixMillDetachTrack : public FixPerBallRows {
  public:
   /// Statistics of confirmed events since the records began, on this rank.

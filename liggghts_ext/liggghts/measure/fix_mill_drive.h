@@ -12,7 +12,7 @@ class FixMillSimilarity;
 class FixWallMill;
 
 /// Work and torque of the drive, added up at every step, and their means between the steps at
-/// which others print them. Arguments and f_ID[k]: docs/styles.md.
+/// which others print them. Arguments and f_ID[k]: docs/reference/styles.md.
 class FixMillDrive : public Fix {
  public:
   FixMillDrive(class LAMMPS*, int, char**);

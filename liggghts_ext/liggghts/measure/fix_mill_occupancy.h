@@ -13,7 +13,8 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 
 /// Solid fraction of the cross-section on a polar grid, averaged over the samples between two mill
-/// angles, to a file. Arguments: docs/styles.md; file: docs/files.md, occupancy.csv.
+/// angles, to a file. Arguments: docs/reference/styles.md.
+/// File: docs/reference/files.md, occupancy.csv.
 class FixMillOccupancy : public Fix {
  public:
   FixMillOccupancy(class LAMMPS*, int, char**);

@@ -14,7 +14,7 @@ namespace LAMMPS_NS {
 class FixMeshSurface;
 
 /// Derives the scaled mill's gravity and speed from the physical mill, applies that gravity and
-/// turns the given wall meshes. Arguments and f_ID[k]: docs/styles.md.
+/// turns the given wall meshes. Arguments and f_ID[k]: docs/reference/styles.md.
 class FixMillSimilarity : public Fix {
  public:
   FixMillSimilarity(class LAMMPS*, int, char**);

@@ -12,7 +12,8 @@
 namespace LAMMPS_NS {
 
 /// `pair_style gran model hertz [tangential history] [rolling_friction cdt] surface fast`: the
-/// engine's contacts with own neighbour list and kernel. Options and limits: docs/styles.md.
+/// engine's contacts with own neighbour list and kernel.
+/// Options and limits: docs/reference/styles.md.
 class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected Pointers {
  public:
   /// Makes the model known to the engine; before any deck is read.

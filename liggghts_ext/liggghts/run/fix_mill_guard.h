@@ -14,7 +14,8 @@ class FixMillSimilarity;
 
 /// Stops a run that goes wrong, with the ball and the reason: velocities that are no numbers or too
 /// high, overlaps, balls beyond the liner; also before a neighbour list, where the engine would
-/// lose a ball without a name. Changes nothing and needs no collective. Arguments: docs/styles.md.
+/// lose a ball without a name. Changes nothing and needs no collective.
+/// Arguments: docs/reference/styles.md.
 class FixMillGuard : public Fix {
  public:
   FixMillGuard(class LAMMPS*, int, char**);

@@ -11,7 +11,8 @@ namespace LAMMPS_NS {
 /// Makes restart files exact and known to be whole. Exact: the tangential memories in them are
 /// those of the step, and the balls are sorted at these steps, as in a run that goes on from the
 /// file, so that both add up forces in the same order. Known to be whole: looks whether a file is
-/// all there, signs it with its last line (docs/files.md, restart files) and hands it to the disk.
+/// all there, signs it with its last line and hands it to the disk.
+/// The last line: docs/reference/files.md, restart files.
 class FixMillRestart : public Fix {
  public:
   FixMillRestart(class LAMMPS*, int, char**);

@@ -21,7 +21,8 @@ class FixMillLedger;
 class FixMillSimilarity;
 
 /// The rotating lifter-liner as an analytic wall, with exact arcs or the mesh's polygon, and flat
-/// ends: no mesh, no wall neighbour list, no collective. Arguments and f_ID[k]: docs/styles.md.
+/// ends: no mesh, no wall neighbour list, no collective.
+/// Arguments and f_ID[k]: docs/reference/styles.md.
 class FixWallMill : public FixPerBallRows {
  public:
   FixWallMill(class LAMMPS*, int, char**);

@@ -20,7 +20,7 @@ CASE = "sb-cg-paper-S1.000"
 KINDS = ("mesh", "analytic")
 # The ball lies in the corner of groove and lifter.
 LIFTED_ANGLE_RAD = 2.0
-# All balls of the paper's mills fly from 2.6 to 3.57 rad (docs/reproduction.md).
+# All balls of the paper's mills fly from 2.6 to 3.57 rad (docs/results/reproduction.md).
 LAST_ANGLE_RAD = 3.5
 # The default, 2.5 % of the ball radius, and three times half of the last.
 CHORD_ERRORS_M = (5e-4, 2.5e-4, 1.25e-4, 6.25e-5)

@@ -17,7 +17,8 @@ Section = Mapping[str, Any]
 DUMP_ANGLE = 0.5
 # Default settling over sqrt(R / g). A packing of 0.55 becomes a bed of 0.60, so the surface of a
 # bed of depth h falls by h / 12, in 0.4 sqrt(h / g); after three times that the bed of the mill of
-# R = 3.9 m is at rest (docs/campaign.md, "Settling"). h follows R; the law scales both times alike.
+# R = 3.9 m is at rest (docs/guide/plan.md, "Settling"). h follows R, and the law scales both times
+# alike.
 SETTLING = 1.27
 # Default rest of a single ball over sqrt(2 a / g): it falls by a thousandth of its radius.
 REST = 1.57

@@ -13,13 +13,14 @@ from millscale.errors import CampaignError
 from millscale.packing.bed import LARGEST_OVERLAP
 
 # Mean overlap of the bed at rest over the ball radius. The largest is five to six times the mean
-# (docs/theory.md), so at a twentieth some balls are no Hertz contacts any more (`LARGEST_OVERLAP`).
+# (docs/theory/contact-law.md), so at a twentieth some contacts exceed the range of Hertz' law
+# (`LARGEST_OVERLAP`).
 SOFT = 0.05
 # Thinner slices [ball diameters] are warned of: at 2 energy and centre of mass are off by 3 %, at 4
 # by less than half a percent (docs/results/slice-length.json).
 THIN_SLICE = 4.0
 # Mill rotation after which a charge has come to a steady state [rad]: the centre of mass of the
-# paper's charge overshoots and swings until 6.5 to 7 rad (docs/theory.md).
+# paper's charge overshoots and swings until 6.5 to 7 rad (docs/theory/charge.md).
 START_UP = 7.0
 # The least rotation whose means are of a steady charge [rad]: 8 are too few, 12 are enough there.
 LEAST_ROTATION = 10.5

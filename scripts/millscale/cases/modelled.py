@@ -42,7 +42,7 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
     said = [
         _say(
             "Hertz-Mindlin contacts with damping",
-            "normal force of Hertz, tangential spring and dashpots; docs/theory.md",
+            "normal force of Hertz, tangential spring and dashpots; docs/theory/contact-law.md",
         ),
         _say(
             "lifters as rigid rotating surfaces",

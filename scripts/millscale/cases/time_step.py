@@ -19,7 +19,8 @@ RAYLEIGH_REFUSED = 0.40
 RAYLEIGH_ADVISED = 0.20
 # Steps per collision of two balls at the speed of re-impact. A single ball lives from its rebounds:
 # at 5 m/s, 30 steps realise e = 0.092 and 15 steps 0.084 instead of 0.100. In a bed, 2e-4 s (7
-# steps, bounded damping) keep the energies within 1 % of those at 5e-5 s (docs/time-step.md).
+# steps, bounded damping) keep the energies within 1 % of those at 5e-5 s:
+# docs/results/time-step.md.
 STEPS_PER_CONTACT = {"single-ball": 25, "multi-ball": 8}
 # Fewer than this share of them is warned of.
 FEW_STEPS = 0.5

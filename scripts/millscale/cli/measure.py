@@ -110,7 +110,7 @@ def study(
     reference: time against error, the front, and the setting to take for 1, 3 and 10 %.
 
     Writes DIR/report/index.html and speed-against-error.json. Ctrl-C ends it; the same command then
-    goes on. See docs/study.md.
+    goes on. See docs/guide/study.md.
 
     Examples: `millscale study campaigns/study-S2.6.toml --plan`,
     `millscale study campaigns/study-ladder.toml --runs runs/ladder --from runs/paper-multi-ball`

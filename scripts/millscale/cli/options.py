@@ -64,7 +64,7 @@ StartOver = Annotated[
     ),
 ]
 Slurm = Annotated[
-    bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/slurm.md.")
+    bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/guide/slurm.md.")
 ]
 Profile = Annotated[
     Path | None,

@@ -26,7 +26,7 @@ BATCHES = 20
 LARGEST_OVERLAP = 0.25
 # Of a bed: share of balls that touch something, rms speed over sqrt(g d). After the default time
 # 0.88 and more touch, and the speed is 0.30 or less; after a quarter of it they are 0.92 and 0.85
-# (docs/campaign.md, "Settling"). In the initial packing up to 0.08 are as near.
+# (docs/guide/plan.md, "Settling"). In the initial packing up to 0.08 are as near.
 LEAST_HELD = 0.5
 MOST_LIVELY = 0.5
 # Gap that counts as contact [ball radii]: balls of steel bounce for long, by less than this.

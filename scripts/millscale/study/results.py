@@ -40,7 +40,7 @@ SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"
 
 def study_results(runs: Path) -> Row:
     """What a study found: name, about, reference, default, rows, recommendations, time_to_solution,
-    missing, problems; keys and units: docs/files.md.
+    missing, problems; keys and units: docs/reference/files.md.
 
     Raises:
         RunFolderError: no study, or no finished case of its reference.

@@ -40,7 +40,7 @@ class Contacts:
 
 
 # Steps: that of campaigns at S = 2.6, and the longest that plain damping takes there
-# (docs/time-step.md).
+# (docs/results/time-step.md).
 PATHS = {
     "default": Contacts("bounded", "", 2e-4),
     "stock-compatible": Contacts("on", "memory stock", 1e-4),

@@ -1,5 +1,5 @@
 """`python -m millscale.validate.hard_cases [--only WORDS] [--path NAME ...]`: runs the hard cases
-and writes docs/results/hard-cases.json and docs/hard-cases.md."""
+and writes docs/results/hard-cases.json and docs/results/hard-cases.md."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
 from millscale.validate.cases import CASES, Case, Mill, base_campaign, mill_of
 from millscale.validate.deck import PATHS, run_case
-from millscale.validate.hard_cases_page import page
+from millscale.validate.hard_cases_page import COMMAND, page
 from millscale.validate.scenes import balls_of
 from millscale.validate.verdict import STABLE, Measured, energy_error, measure, verdict
 
@@ -167,7 +167,7 @@ def main() -> None:
     )
     given = arguments.parse_args()
     cases = tuple(case for case in CASES if given.only in case.name)
-    record = provenance() | {"command": "python -m millscale.validate.hard_cases"}
+    record = provenance() | {"command": COMMAND}
     file = given.docs / "results" / "hard-cases.json"
     before = read_object(file, "remove it") if file.exists() else {}
     for found in run_all(cases, tuple(given.path), before):
@@ -178,7 +178,7 @@ def write(docs: Path, document: dict) -> None:
     """The results and the page made of them."""
     (docs / "results").mkdir(parents=True, exist_ok=True)
     write_json(docs / "results" / "hard-cases.json", document)
-    write_text(docs / "hard-cases.md", page(document))
+    write_text(docs / "results" / "hard-cases.md", page(document))
 
 
 if __name__ == "__main__":

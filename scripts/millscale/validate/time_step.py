@@ -1,6 +1,6 @@
 """`python -m millscale.validate.time_step STUDY_FOLDER`: what the time step does to a collision, a
 bed at rest and to the S = 2.6 mill; writes docs/results/time-step.json, its picture and
-docs/time-step.md.
+docs/results/time-step.md.
 
 The mill is not run here: its rows are those settings of a finished `campaigns/study-S2.6.toml` that
 differ in nothing but time step and contact path.
@@ -33,7 +33,7 @@ from millscale.validate.collision import collide, contact_time
 from millscale.validate.deck import PATHS, run_case
 from millscale.validate.hard_cases import SEED, step_of
 from millscale.validate.scenes import balls_of
-from millscale.validate.time_step_page import draw, page
+from millscale.validate.time_step_page import COMMAND, draw, page
 from millscale.validate.verdict import measure
 
 Row = dict[str, Any]
@@ -202,7 +202,7 @@ def main() -> None:
         for row in told:
             rows.append(row)
             print(row["scene"], row["path"], f"{row['dt_over_rayleigh']:g} T_R", flush=True)
-    record = provenance() | {"command": "python -m millscale.validate.time_step runs/study-S2.6"}
+    record = provenance() | {"command": COMMAND}
     document = {"schema": 1, "restitution": mill.restitution[0], "rows": rows}
     write(given.docs, document | {"provenance": record})
 
@@ -211,7 +211,7 @@ def write(docs: Path, document: Row) -> None:
     """The results, their picture, and the page made of them."""
     write_json(docs / "results" / "time-step.json", document)
     draw(document["rows"], docs / "results" / "time-step.png")
-    write_text(docs / "time-step.md", page(document))
+    write_text(docs / "results" / "time-step.md", page(document))
 
 
 if __name__ == "__main__":

@@ -97,7 +97,7 @@ TEST(Guard, TheReportNamesBallStepPlaceAndCauses)
   EXPECT_EQ(said,
             "fix mill/guard: ball 17 is green; step 1200, position (1, 2, 3) m, speed 5 m/s, "
             "force 10 N, nearest wall groove 3; likeliest first: paint; moss; see "
-            "docs/hard-cases.md");
+            "docs/results/hard-cases.md");
 }
 
 TEST(Guard, CausesBeginWithWhatIsMissing)
