@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from millscale.cases.decks import template_folder
 from millscale.engine import provenance
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import STAGES
 from millscale.runs.provenance import read_provenance
-from millscale.workflow import stage_record, stages
+from millscale.workflow import stage_record, stages, verify
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 
 BALL = SINGLE_BALLS[0]
@@ -96,6 +97,18 @@ def test_what_differs_is_said(finished, name, by, said):
     assert done.returncode == 1 and f"{BALL}/{said}" in done.stdout
     rows = json.loads(finished("verify", "--json").stdout)["differences"]
     assert {row["case"] for row in rows} == {BALL}
+
+
+def test_a_deck_of_another_version_may_differ_in_comments_alone(finished, tmp_path, monkeypatch):
+    templates = tmp_path / "templates"
+    shutil.copytree(template_folder(), templates)
+    deck = templates / "integrate.in"
+    deck.write_text("# Other words.\n" + deck.read_text())
+    monkeypatch.setattr(verify, "template_folder", lambda: templates)
+    assert not verify.verify(finished.runs).differences
+    deck.write_text(deck.read_text() + "shell echo\n")
+    differences = verify.verify(finished.runs).differences
+    assert {difference.file for difference in differences} == {"integrate.in"}
 
 
 def test_a_missing_product_and_another_campaign_are_said(finished):

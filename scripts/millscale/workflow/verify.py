@@ -179,7 +179,10 @@ def _compared(folder: Path, name: str, digest: str) -> str:
 
 
 def _decks(folder: Path, case: Case) -> Iterator[Difference]:
-    """Decks are programs of the engine: those edited by hand are told."""
+    """Yield the decks, which are programs of the engine, that are not those of this version.
+
+    Comments may differ: they change nothing of a run made with another version.
+    """
     templates = template_folder()
     for name in files_of(folder, (x.name for x in folder.glob("*.in"))):
         deck = folder / name
@@ -188,9 +191,16 @@ def _decks(folder: Path, case: Case) -> Iterator[Difference]:
             yield Difference(folder.name, deck.name, "" if same else "not what case.json says")
             continue
         template = templates / deck.name
-        same = template.exists() and template.read_bytes() == _bytes(deck)
+        same = template.exists() and _commands(template.read_bytes()) == _commands(_bytes(deck))
         what = "" if same else "not the deck of this version: edited by hand, or of another version"
         yield Difference(folder.name, deck.name, what)
+
+
+def _commands(deck: bytes | None) -> list[bytes] | None:
+    """Return the lines of a deck without comment lines."""
+    if deck is None:
+        return None
+    return [line for line in deck.splitlines() if not line.startswith(b"#")]
 
 
 def _bytes(deck: Path) -> bytes | None:
