@@ -1,7 +1,6 @@
 """Where an engine stage begins, by what earlier attempts have left in its part folder."""
 
 import os
-import zlib
 from dataclasses import replace
 
 import pytest
@@ -11,18 +10,10 @@ from millscale.engine.attempts import Cost, digests, read_attempts
 from millscale.engine.output_files import check_output, series_length
 from millscale.engine.restart_file import NotWholeError, read_restart
 from millscale.engine.resume import RESUME_FILE, OtherRanksError, Run, begin, look
+from signed_restart import restart_file
 
 FIRST, EVERY, STEPS = 95, 10, 1000
 HEADER = "step,time_s\n"
-
-
-def restart_file(part, name, step, loop_time=0.0, processor_time=0.0):
-    content = f"balls at step {step}".encode()
-    signature = (
-        f"\nmillscale restart step {step} bytes {len(content)} crc32 {zlib.crc32(content):08x} "
-        f"loop_time_s {loop_time:.6f} processor_time_s {processor_time:.6f}\n"
-    )
-    (part / name).write_bytes(content + signature.encode())
 
 
 def cut(path, by=3):

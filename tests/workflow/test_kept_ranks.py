@@ -3,13 +3,13 @@
 import json
 
 import pytest
-from test_resume import restart_file
 
 from millscale.engine.machine import available_cores
 from millscale.engine.resume import begin
 from millscale.runs.layout import stage_of
 from millscale.workflow import stage_record, stages
 from millscale.workflow.stage_work import run_of
+from signed_restart import restart_file
 from small_campaign import CHARGE
 from small_command import STAND_IN
 
