@@ -1,9 +1,7 @@
-"""Analysis of one case: python -m millscale.analysis.case FOLDER writes FOLDER/result.json."""
+"""Analysis of one case: the content of result.json."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -53,22 +51,11 @@ def analyse_case(folder: Path) -> dict[str, Any]:
     return result
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m millscale.analysis.case", description=__doc__)
-    parser.add_argument("folder", type=Path, help="case folder, with case.json and series.csv")
-    folder = parser.parse_args(arguments).folder
-    try:
-        result = analyse_case(folder)
-        write_json(folder / RESULT, result)
-    except RunFolderError as error:
-        print(error, file=sys.stderr)
-        return 1
-    if result["problem"]:
-        print(f"{folder}: {result['problem']}", file=sys.stderr)
-    print(folder / RESULT)
-    return 0
+def write_result(folder: Path) -> Path:
+    """Write result.json of a case folder and return its path.
 
-
-if __name__ == "__main__":
-    sys.exit(main())
+    Raises:
+        RunFolderError: a file is missing, cut short or not understood.
+    """
+    write_json(folder / RESULT, analyse_case(folder))
+    return folder / RESULT

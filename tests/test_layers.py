@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[1]
 
 # Packages of millscale from top to bottom. A package imports those of lower rows only.
 PYTHON = (
+    ("__main__",),
     ("cli",),
     ("validate", "bench"),
     ("study",),

@@ -1,23 +1,18 @@
 """Two groups of multi-ball cases that differ in one thing, each in several seeds: do they agree?
 
-python -m millscale.analysis.charge.groups CASE CASE ... --against CASE CASE ... [--to FILE]
-compares every case of the one group with every one of the other and, as the yardstick, the seeds
-within each group. Prints a Markdown table.
+Every case of one group is compared with every case of the other. The differences between the seeds
+of a group are the scale for the result.
 """
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from millscale.analysis.charge.pair import compare_two
 from millscale.analysis.charge.scaled_mills import Charge
-from millscale.runs.case_folder import RunFolderError, load_finished
-from millscale.runs.writing import write_json
+from millscale.runs.case_folder import RunFolderError
 
 # Errors of a pair that are 0 when its members are the same; overlaps and correlations are 1 then.
 DISTANCES = ("contour_error_mean", "contour_error_max", "massflow_rms_over_mean",
@@ -101,36 +96,3 @@ def markdown(compared: Mapping[str, Any]) -> str:
 
 def _line(name: str, between: float, largest: float, agree: bool) -> str:
     return f"| {name} | {between:.4f} | {largest:.4f} | {'yes' if agree else 'no'} |"
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m millscale.analysis.charge.groups",
-        description="Two groups of multi-ball cases, each in several seeds: do they agree?",
-    )
-    parser.add_argument("folders", type=Path, nargs="+", help="case folders of the first group")
-    parser.add_argument("--against", type=Path, nargs="+", required=True, help="of the second")
-    parser.add_argument("--to", type=Path, help="JSON file to write")
-    given = parser.parse_args(arguments)
-    try:
-        groups = [[_charge(f) for f in folders] for folders in (given.folders, given.against)]
-        compared = compare_groups(*groups)
-        if given.to:
-            write_json(given.to, compared)
-        print(markdown(compared))
-    except (RunFolderError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-def _charge(folder: Path) -> Charge:
-    case = load_finished(folder)
-    if case.case["kind"] != "multi-ball":
-        raise RunFolderError(folder, "not a multi-ball case", "give multi-ball cases")
-    return Charge("", case)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

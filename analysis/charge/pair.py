@@ -1,14 +1,7 @@
-"""Two multi-ball cases against each other, such as one on 1 and on 2 ranks.
-
-python -m millscale.analysis.charge.pair CASE CASE prints the errors of the first against the
-second.
-"""
+"""Two multi-ball cases against each other, such as one on 1 and on 2 ranks."""
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -46,25 +39,13 @@ def compare_two(first: Charge, second: Charge) -> dict[str, Any]:
     return {"cases": about, **all_errors(first, second, by_angle)}
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m millscale.analysis.charge.pair", description=__doc__
-    )
-    parser.add_argument("folders", type=Path, nargs=2, help="case folders")
-    try:
-        cases = [load_finished(folder) for folder in parser.parse_args(arguments).folders]
-        for case in cases:
-            if case.case["kind"] != "multi-ball":
-                raise RunFolderError(
-                    case.folder / CASE, "not a multi-ball case", "give two multi-ball cases"
-                )
-        print(json.dumps(compare_two(*(Charge("", case) for case in cases)), indent=1))
-    except RunFolderError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+def load_charge(folder: Path) -> Charge:
+    """Return a finished multi-ball case.
 
-
-if __name__ == "__main__":
-    sys.exit(main())
+    Raises:
+        RunFolderError: not finished, or not a multi-ball case.
+    """
+    case = load_finished(folder)
+    if case.case["kind"] != "multi-ball":
+        raise RunFolderError(folder / CASE, "not a multi-ball case", "give multi-ball cases")
+    return Charge("", case)

@@ -1,26 +1,18 @@
-"""The multi-ball results of several campaigns as one file to commit.
-
-python -m millscale.analysis.paper.results RUNS... --to docs/results/paper-multi-ball.json
-also prints speed against error as a Markdown table.
-"""
+"""The multi-ball results of several campaigns as one file to commit."""
 
 from __future__ import annotations
 
-import argparse
 import datetime
 import shlex
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from millscale.analysis.charge.comparison import compare_charges
 from millscale.analysis.charge.scaled_mills import Charge
-from millscale.analysis.charge.speed_error import markdown, model_rows
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.runs.case_folder import RunFolderError
-from millscale.runs.writing import write_json
 
 
 def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
@@ -74,7 +66,7 @@ def origin(runs: Sequence[Path], machine: str, commit: str) -> dict[str, Any]:
                 shlex.join(["millscale", "run", Path(file).name, "--runs", str(run)])
                 for run, file in files.items()
             ),
-            shlex.join(["python", "-m", "millscale.analysis.paper.results", *map(str, runs)]),
+            shlex.join(["millscale", "analyse", "campaigns", *map(str, runs)]),
         ],
         "commit": commit or _commit(),
         "machine": "; ".join([*known, *([machine] if machine else [])]),
@@ -98,28 +90,3 @@ def _commit() -> str:
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
     return said[0].strip() + ("+" if said[1].strip() else "")
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m millscale.analysis.paper.results",
-        description="Every multi-ball case against the physical mill, as one JSON file.",
-    )
-    parser.add_argument("runs", type=Path, nargs="+", help="runs folders")
-    parser.add_argument("--to", type=Path, required=True, help="file to write")
-    parser.add_argument("--machine", default="", help="a note on the machine, such as its load")
-    parser.add_argument("--commit", default="", help="of the code; default: the working folder's")
-    given = parser.parse_args(arguments)
-    try:
-        content = origin(given.runs, given.machine, given.commit) | paper_results(given.runs)
-        write_json(given.to, content)
-        print(markdown(model_rows(content["rows"])))
-    except (RunFolderError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

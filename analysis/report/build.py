@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import argparse
 import math
 import shlex
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -212,19 +210,3 @@ def _model(campaign: Campaign) -> dict[str, list[dict[str, str]]]:
             for entry in case.case.get("model", {}).get(side, []):
                 known.setdefault(f"{entry['what']}: {entry['reason']}", entry)
     return {side: list(known.values()) for side, known in statements.items()}
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m millscale.report.build", description=__doc__)
-    parser.add_argument("runs", type=Path, help="folder made by millscale generate or run")
-    try:
-        print(build_report(parser.parse_args(arguments).runs))
-    except RunFolderError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,14 +1,12 @@
 """Balls and liner of a multi-ball case at the same times, for ParaView.
 
-python -m millscale.report.paraview CASE writes CASE/paraview/charge.pvd and the files it names:
-open charge.pvd; show the balls as Point Gaussian with `radius` for scale. OVITO reads the dumps
-themselves, CASE/dump/charge.*.liggghts.
+The files are CASE/paraview/charge.pvd and those it names. Open charge.pvd and show the balls as
+Point Gaussian with `radius` for scale. OVITO reads the dumps themselves,
+CASE/dump/charge.*.liggghts.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -75,26 +73,3 @@ def _write_collection(path: Path, steps: Sequence[int], times: np.ndarray) -> No
     ]
     text = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n <Collection>\n'
     write_text(path, text + "\n".join(entries) + "\n </Collection>\n</VTKFile>\n")
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m millscale.report.paraview",
-        description="Write balls and turned liner of a multi-ball case for ParaView.",
-    )
-    parser.add_argument("folder", type=Path, help="case folder, with dump/ and series.csv")
-    parser.add_argument("--every", type=int, default=1, help="only every so many dumps, default 1")
-    given = parser.parse_args(arguments)
-    if given.every < 1:
-        parser.error(f"--every must be at least 1, got {given.every}")
-    try:
-        print(write_paraview(given.folder, given.every))
-    except RunFolderError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

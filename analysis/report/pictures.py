@@ -1,7 +1,7 @@
 """Pictures of a charge, after Figs. 9 and 10, and its files for ParaView: the only module that
 imports pyvista.
 
-python -m millscale.report.pictures CASE [DUMP ANGLE PNG]...
+`picture_process` runs it: python -m millscale.report.pictures CASE [DUMP ANGLE PNG]...
 """
 
 from __future__ import annotations

@@ -1,19 +1,13 @@
-"""One model in several campaigns, such as other lifter readings or start phases, side by side.
-
-python -m millscale.analysis.single_ball.variants RUNS... prints a Markdown table.
-"""
+"""One model in several campaigns, such as other lifter readings or start phases, side by side."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from millscale.analysis.finished_campaign import load_campaign
-from millscale.runs.case_folder import RunFolderError
 
 COLUMNS = (
     ("campaign", "campaign", "{}"),
@@ -64,24 +58,3 @@ def markdown(rows: Sequence[dict[str, Any]]) -> str:
             cells[-1] += "*"
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Command line; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m millscale.analysis.single_ball.variants", description=__doc__
-    )
-    parser.add_argument("runs", type=Path, nargs="+", help="runs folders")
-    parser.add_argument("--S", type=float, default=1.0, help="model, default 1")
-    parser.add_argument("--policy", default="paper", help="default paper")
-    given = parser.parse_args(arguments)
-    try:
-        print(markdown(variant_rows(given.runs, given.S, given.policy)))
-    except RunFolderError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

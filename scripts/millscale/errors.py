@@ -1,4 +1,4 @@
-"""The one error a campaign file can cause."""
+"""Errors that the command line prints as one line."""
 
 from __future__ import annotations
 
@@ -24,6 +24,10 @@ class CampaignError(ValueError):
         where = f"{self.file}: {key}" if key else self.file
         text = f"{where}: {cause}" + (f"; accepted: {accepted}" if accepted else "")
         super().__init__(one_line(text))
+
+
+class EngineError(RuntimeError):
+    """The engine did not finish its deck."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

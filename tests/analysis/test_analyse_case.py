@@ -5,7 +5,7 @@ import json
 import pytest
 from numpy.testing import assert_allclose
 
-from millscale.analysis.case import analyse_case, main
+from millscale.analysis.case import analyse_case
 from millscale.analysis.single_ball.result import flight_of
 from millscale.runs.untrusted import RunFolderError
 from synthetic_ball import Motion, usual_motion
@@ -57,12 +57,6 @@ def test_short_series_has_no_paper_angles(case, tmp_path):
     assert result["throw_energy"]["window_rad"] < 0.75
 
 
-def test_failed_analysis_leaves_no_result(folder, capsys):
-    (folder / "series.csv").write_text("step,time_s\n1,2\n")
-    assert main([str(folder)]) == 1 and "series.csv" in capsys.readouterr().err
-    assert not (folder / "result.json").exists()
-
-
 def test_the_analysis_leaves_writing_to_the_stage(folder):
     before = sorted(folder.iterdir())
     analyse_case(folder)
@@ -74,17 +68,6 @@ def test_unknown_kind_is_refused(folder):
     (folder / "case.json").write_text(json.dumps(case))
     with pytest.raises(RunFolderError, match="kind is 'two-ball', accepted single-ball, multi"):
         analyse_case(folder)
-
-
-def test_command_prints_the_result_or_one_line_of_cause(folder, capsys):
-    assert main([str(folder)]) == 0
-    assert json.loads((folder / "result.json").read_text()) == analyse_case(folder)
-    assert capsys.readouterr().out.strip() == str(folder / "result.json")
-    (folder / "series.csv").unlink()
-    assert main([str(folder)]) == 1
-    error = capsys.readouterr().err.strip()
-    assert "\n" not in error
-    assert "series.csv: no such file" in error
 
 
 def read_case(folder) -> dict:

@@ -3,17 +3,14 @@
 Each command is run as it is typed, and what it prints is what is tested.
 """
 
-import io
 import json
 import sys
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 
-from millscale.cli.main import main
+import in_process
 
 MATERIAL = """
 [material]
@@ -134,15 +131,8 @@ def with_(text: str, *pairs: tuple[str, str]) -> str:
 
 def millscale(*words: str | Path) -> tuple[int, str]:
     """Exit code of a command, and all that it printed."""
-    output, errors = io.StringIO(), io.StringIO()
-    with (
-        patch.object(sys, "argv", ["millscale", *map(str, words)]),
-        redirect_stdout(output),
-        redirect_stderr(errors),
-        pytest.raises(SystemExit) as ended,
-    ):
-        main()
-    return ended.value.code or 0, output.getvalue() + errors.getvalue()
+    done = in_process.millscale(*words)
+    return done.returncode, done.stdout + done.stderr
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ def command(tmp_path):
 
 
 def run(command, *words):
-    line = [sys.executable, "-m", "millscale.cli.main", *command.line(words[0]), *words[1:]]
+    line = [sys.executable, "-m", "millscale", *command.line(words[0]), *words[1:]]
     environment = command.environment(**ASCII_ONLY)
     return subprocess.run(line, env=environment, capture_output=True)
 

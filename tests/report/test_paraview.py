@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from millscale.analysis.shapes.cross_section import turned
 from millscale.analysis.shapes.snapshots import snapshots_near
-from millscale.report.paraview import main, write_paraview
+from millscale.report.paraview import write_paraview
 from millscale.runs.dumps import dump_files, read_dump
 from synthetic_case import record_stages
 
@@ -48,19 +48,3 @@ def test_each_time_has_its_balls_and_the_liner_turned_to_it(case_folder):
     assert_allclose(
         sorted({time for time, _, _ in names}), np.array([0.0, 0.5, 1.0]) / omega, atol=2e-4
     )
-
-
-def test_command_writes_every_other_dump(case_folder, capsys):
-    assert main([str(case_folder), "--every", "2"]) == 0
-    assert capsys.readouterr().out.strip().endswith("paraview/charge.pvd")
-    assert len(list((case_folder / "paraview").glob("balls.*.vtp"))) == 2
-    with pytest.raises(SystemExit):
-        main([str(case_folder), "--every", "0"])
-
-
-@pytest.mark.parametrize("lacking", ["liner.vtp", "dump"])
-def test_what_is_missing_is_told(case_folder, lacking, capsys):
-    path = case_folder / lacking
-    shutil.rmtree(path) if path.is_dir() else path.unlink()
-    assert main([str(case_folder)]) == 1
-    assert "millscale run" in capsys.readouterr().err

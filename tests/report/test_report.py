@@ -3,7 +3,6 @@
 import base64
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -20,7 +19,6 @@ from millscale.report.build import (
     degrees,
     duration,
     hundredths,
-    main,
     number,
     percent,
 )
@@ -277,10 +275,10 @@ def test_pictures_that_cannot_be_drawn_are_explained(runs, tmp_path, monkeypatch
     assert len(drawn.series) == 2
 
 
-def test_campaign_without_a_finished_case_is_refused(folder, tmp_path, capsys):
+def test_campaign_without_a_finished_case_is_refused(folder, tmp_path):
     (tmp_path / "campaign.json").write_text(json.dumps({"cases": [folder.name]}))
-    assert main([str(tmp_path)]) == 1
-    assert re.search(r"none of its 1 cases is finished; run them with", capsys.readouterr().err)
+    with pytest.raises(RunFolderError, match="none of its 1 cases is finished; run them with"):
+        build_report(tmp_path)
     assert not (tmp_path / "report").exists()
 
 
@@ -365,7 +363,7 @@ def test_report_is_written_in_utf8_under_a_locale_without_it(runs, tmp_path):
         json.dumps(json.loads((copy / "campaign.json").read_text()) | {"name": "Mühle"})
     )
     ascii_only = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    line = [sys.executable, "-m", "millscale.report.build", str(copy)]
+    line = [sys.executable, "-m", "millscale", "report", str(copy)]
     done = subprocess.run(line, env=os.environ | ascii_only, capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     assert "Mühle" in (copy / "report" / "index.html").read_text(encoding="utf-8")

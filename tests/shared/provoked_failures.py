@@ -326,7 +326,7 @@ def prepared(folder: Path) -> Path:
     file, runs = folder / "small.toml", folder / "ready"
     file.write_text(small_campaign.TEXT)
     subprocess.run(
-        [sys.executable, "-m", "millscale.cli.main", "generate", file, "--runs", runs],
+        [sys.executable, "-m", "millscale", "generate", file, "--runs", runs],
         check=True, stdout=subprocess.DEVNULL,
     )  # fmt: skip
     for case, stages in ((BALL, ("mesh", "deck")), (CHARGE, ("mesh", "charge", "deck"))):

@@ -1,19 +1,14 @@
 """The command line on a small campaign, with stand-ins for the engine and the analysis."""
 
-import io
 import os
 import signal
 import subprocess
 import sys
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
-from unittest.mock import patch
-
-import pytest
 
 import small_campaign
-from millscale.cli.main import main
+from in_process import millscale
 
 STAND_IN = Path(__file__).with_name("stand_in")
 
@@ -32,23 +27,12 @@ class Millscale:
 
     def __call__(self, command: str, *arguments: str, **more: str) -> subprocess.CompletedProcess:
         """Run a command to its end, in this process: faster. `more` goes to its environment."""
-        line = [*self.line(command), *arguments]
-        output, errors = io.StringIO(), io.StringIO()
-        with (
-            patch.dict(os.environ, self.environment(**more)),
-            patch.object(sys, "argv", ["millscale", *line]),
-            redirect_stdout(output),
-            redirect_stderr(errors),
-            pytest.raises(SystemExit) as ended,
-        ):
-            main()
-        code = ended.value.code or 0
-        return subprocess.CompletedProcess(line, code, output.getvalue(), errors.getvalue())
+        return millscale(*self.line(command), *arguments, **self.environment(**more))
 
     def start(self, command: str, *arguments: str, **more: str) -> subprocess.Popen:
         """Start a command as a shell's background job, which ignores Ctrl-C, and return."""
         return subprocess.Popen(
-            [sys.executable, "-m", "millscale.cli.main", *self.line(command), *arguments],
+            [sys.executable, "-m", "millscale", *self.line(command), *arguments],
             env=self.environment(**more),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

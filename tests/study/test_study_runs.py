@@ -2,17 +2,13 @@
 
 import io
 import json
-import os
 import shutil
-import sys
-from contextlib import redirect_stderr, redirect_stdout
-from unittest.mock import patch
 
 import pytest
 from rich.console import Console
 
+import in_process
 from millscale.cases.generate import generate
-from millscale.cli.main import main
 from millscale.engine.machine import CoreWish
 from millscale.runs.layout import STAGES
 from millscale.study import command, pareto
@@ -27,18 +23,10 @@ from synthetic_case import record_stages
 CASE = "mb-cg-paper-S2.000"
 
 
-def millscale(*arguments):
+def millscale(*words):
     """Exit code, output and errors of a command."""
-    output, errors = io.StringIO(), io.StringIO()
-    with (
-        patch.object(sys, "argv", ["millscale", *map(str, arguments)]),
-        patch.dict(os.environ),
-        redirect_stdout(output),
-        redirect_stderr(errors),
-        pytest.raises(SystemExit) as ended,
-    ):
-        main()
-    return ended.value.code or 0, output.getvalue(), errors.getvalue()
+    done = in_process.millscale(*words)
+    return done.returncode, done.stdout, done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -120,7 +120,7 @@ class Campaign:
     def line(self, ranks: int) -> list[str]:
         # The disk that is made full is a small one.
         options = ["--runs", str(self.runs), "--ranks", str(ranks), "--ignore-disk"]
-        return [sys.executable, "-m", "millscale.cli.main", "run", str(self.file), *options]
+        return [sys.executable, "-m", "millscale", "run", str(self.file), *options]
 
     def environment(self) -> dict[str, str]:
         self.temporary.mkdir(exist_ok=True)

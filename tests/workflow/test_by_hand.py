@@ -32,7 +32,7 @@ LONG = kill_resume.campaign_text(rotation_angle=3.0, restart_angle=0.15, balls=1
 
 def millscale(command, *arguments):
     """Run the command line in a process of its own, with the real engine and analysis."""
-    line = [sys.executable, "-m", "millscale.cli.main", command, *map(str, arguments)]
+    line = [sys.executable, "-m", "millscale", command, *map(str, arguments)]
     done = subprocess.run(line, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

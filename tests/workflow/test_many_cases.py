@@ -56,7 +56,7 @@ def test_a_further_case_of_a_job_costs_little_outside_its_engine(tmp_path):
 def test_two_hundred_single_balls_cost_little_outside_their_engines(tmp_path):
     ratios = [round(1.0 + 0.05 * i, 3) for i in range(100)]
     command = Millscale(write_campaign(tmp_path, scaling__S=ratios), tmp_path / "runs")
-    whole = spent([sys.executable, "-m", "millscale.cli.main", *command.line("run")])
+    whole = spent([sys.executable, "-m", "millscale", *command.line("run")])
     engines, done = in_engines(command)
     assert done == 200
     per_case = (whole - engines) / done

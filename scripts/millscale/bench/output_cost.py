@@ -1,15 +1,13 @@
-"""What restart files and the series cost: `python -m millscale.bench.output_cost CASE_FOLDER`.
+"""Cost of restart files and of rows of series.csv: `millscale bench output-cost`.
 
-The folder is that of a multi-ball case whose rotation is done: its last restart file is the mill in
-motion. Restart files and rows are written so often in a short run that their cost stands out; the
-cost of one, over that of the steps between two at the case's own intervals, is the overhead. Times
-are processor times, the least of some rounds, so that other work on the machine says little.
+A finished multi-ball case continues from its last restart file in short runs that write one kind of
+output often. The overhead is the cost of one file or row over the cost of the steps between two at
+the intervals of the case. Times are processor times, and the least of several rounds, so that other
+work on the machine changes them little.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import shutil
 import subprocess
@@ -74,7 +72,7 @@ def output_cost(case_folder: Path) -> dict:
     return {
         "schema": 1,
         **provenance(),
-        "command": "python -m millscale.bench.output_cost CASE_FOLDER",
+        "command": "millscale bench output-cost CASE",
         "case": case["id"],
         "balls": case["ball"]["count"],
         "restart_steps": own["restart_steps"],
@@ -128,15 +126,3 @@ def _run(case: dict, folder: Path, step: int, output: Output) -> tuple[float, fl
     if status or loop is None or loop.steps != STEPS:
         raise RuntimeError(read_tail(folder / "out", 2000))
     return usage.ru_utime + usage.ru_stime, loop.share["output"] * loop.loop_time
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        prog="python -m millscale.bench.output_cost", description=__doc__
-    )
-    parser.add_argument("folder", type=Path, help="case folder of a multi-ball case")
-    print(json.dumps(output_cost(parser.parse_args().folder), indent=1))
-
-
-if __name__ == "__main__":
-    main()

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from millscale.engine.deck_run import engine_text
 from millscale.engine.machine import CoreWish
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, EngineError
 from millscale.workflow.run_command import request, run_campaign
 
 
@@ -25,12 +25,12 @@ def finish_campaign(campaign: Path, folder: Path, only: list[str], console: Cons
 
 
 def engine_output(line: list, folder: Path) -> str:
-    """What an engine printed.
+    """Run an engine and return what it printed.
 
     Raises:
-        RuntimeError: it did not come to the end.
+        EngineError: the engine did not finish.
     """
     text, cause = engine_text(line, folder)
     if cause:
-        raise RuntimeError(f"{line[0]} in {folder}: {cause}")
+        raise EngineError(f"{line[0]} in {folder}: {cause}")
     return text

@@ -12,7 +12,9 @@ from typing import Annotated
 
 import typer
 
-from millscale.cli.measure import bench, study
+from millscale import __version__
+from millscale.cli.analyse import analyse
+from millscale.cli.bench import bench
 from millscale.cli.options import (
     EXIT_FAILED,
     EXIT_INTERRUPTED,
@@ -34,9 +36,11 @@ from millscale.cli.options import (
     check_seconds,
     console_of,
 )
+from millscale.cli.study import study
+from millscale.cli.validate import validate
 from millscale.engine.machine import CoreWish
 from millscale.engine.provenance import COMMAND_VARIABLE
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, EngineError
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
@@ -44,25 +48,43 @@ from millscale.workflow.failures import SILENCE, TIME_LIMIT_VARIABLE
 
 app = typer.Typer(
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
     help="""
-Ball mills scaled by similarity: from a campaign file to simulated mills and their comparison.
+Scaled models of ball mills that are too large for DEM, and the error of each model.
 
-A campaign (TOML) names a physical mill, the scale ratios S and the schemes; each combination is a
-case with a folder of its own. Lengths in m, times in s, angles in rad unless a name says otherwise.
+A campaign file (TOML) defines a physical mill, scale ratios S and similarity schemes. Each
+combination is a case with its own folder. Units are SI unless a name states another.
 
-* `millscale plan campaigns/quick.toml` shows what would be simulated, and its cost
-* `millscale run campaigns/quick.toml --runs runs/quick` simulates what is missing
+* `millscale plan campaigns/quick.toml` shows the cases and their cost
+* `millscale run campaigns/quick.toml --runs runs/quick` simulates the cases that are missing
 * `millscale report runs/quick` writes report/index.html
-* `millscale study campaigns/study-S2.6.toml --plan` shows what time against error would cost
+* `millscale study campaigns/study-S2.6.toml --plan` shows the cost of a parameter study
 
-Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input, or too little
-disk; 130 interrupted, the same command goes on. `millscale status` tells why a case failed.
+Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input or a full disk;
+130 interrupted. Repeat an interrupted command to resume. `millscale status` shows why a case
+failed.
 """,
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"millscale {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", is_eager=True, callback=_print_version, help="Print the version and exit."
+        ),
+    ] = False,
+) -> None:
+    pass
 
 
 @app.command()
@@ -261,19 +283,20 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
         typer.echo(f"report: {folder / 'index.html'}")
 
 
-app.command()(bench)
 app.command()(study)
+app.add_typer(bench, name="bench")
+app.add_typer(analyse, name="analyse")
+app.add_typer(validate, name="validate")
 
 
 def main() -> None:
     """Entry point; what the user can mend ends in one line and exit code 2."""
     escape_unencodable()
     try:
-        app()
+        app(prog_name="millscale")
     except (CampaignError, RunFolderError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(EXIT_WRONG_INPUT)
-
-
-if __name__ == "__main__":
-    main()
+    except EngineError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(EXIT_FAILED)

@@ -28,6 +28,15 @@ RunsOption = Annotated[
         "--runs", metavar="DIR", help="Folder of the runs; each case works in DIR/cases/ID."
     ),
 ]
+RunsArguments = Annotated[
+    list[Path], typer.Argument(metavar="DIR...", help="Runs folders of finished campaigns.")
+]
+CaseArgument = Annotated[
+    Path, typer.Argument(metavar="CASE", help="Case folder, such as runs/quick/cases/ID.")
+]
+CasesArgument = Annotated[
+    list[Path], typer.Argument(metavar="CASE...", help="Folders of finished multi-ball cases.")
+]
 Ranks = Annotated[
     int | None,
     typer.Option(
@@ -88,6 +97,16 @@ def check_seconds(command: str, option: str, seconds: float) -> None:
     if not SHORTEST_S <= seconds <= LONGEST_S:
         accepted = f"{SHORTEST_S:g} to {LONGEST_S:g} s"
         raise CampaignError(f"millscale {command}", option, f"got {seconds:g}", accepted)
+
+
+def check_at_least(command: str, option: str, value: int, least: int) -> None:
+    """Refuse a number that is too small.
+
+    Raises:
+        CampaignError: states what is accepted.
+    """
+    if value < least:
+        raise CampaignError(f"millscale {command}", option, f"got {value}", f">= {least}")
 
 
 def console_of(stderr: bool = False) -> Console:

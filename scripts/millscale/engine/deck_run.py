@@ -15,15 +15,11 @@ from pathlib import Path
 from millscale.engine.log import error_line, read_log
 from millscale.engine.machine import available_cores, physical_cores
 from millscale.engine.parent_death import end_with_parent
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, EngineError
 
 ENGINE = "liggghts_mill"
 ENGINE_VARIABLE = "MILLSCALE_ENGINE"
 _GRACE_S = 10.0
-
-
-class EngineError(RuntimeError):
-    """The engine did not come to the end of its deck."""
 
 
 @dataclass(frozen=True)

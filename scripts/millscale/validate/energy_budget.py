@@ -1,13 +1,12 @@
-"""`python -m millscale.validate.energy_budget CASE_FOLDER [--to FILE]`: whether the energy adds up.
+"""Closure of the energy budget of a mill: `millscale validate energy`.
 
-The folder is that of a multi-ball case that is settled. Its mill turns with an account of the
-energy, once as campaigns run it and once with contacts as stock LIGGGHTS has them; written are the
-terms of the last revolution and their closure.
+A settled multi-ball case rotates with the energy budget on, once with the contact settings of
+campaigns and once with those of stock LIGGGHTS. The results are the terms of the last revolution
+and their residual.
 """
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -22,11 +21,13 @@ from millscale.cases.decks import copy_decks
 from millscale.cases.parameters import write_parameters
 from millscale.engine.deck_run import engine_text, find_engine
 from millscale.engine.record import provenance
+from millscale.errors import CampaignError, EngineError
 from millscale.report.figures.energy_budget import energy_account
 from millscale.runs.series import read_series
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
 
+COMMAND = "millscale validate energy CASE"
 DECK, BED, PAIR = "mill.in", "settled.restart", "pair_gran.in"
 
 
@@ -62,7 +63,7 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     write_text(folder / PAIR, pair.replace(damping, f"{damping} {path.words}"))
     _, cause = engine_text([str(find_engine()), "-in", DECK], folder)
     if cause:
-        raise RuntimeError(f"the engine did not come to the end of {DECK}: {cause}")
+        raise EngineError(f"{DECK} did not finish: {cause}")
     return {
         "tangential_damping": path.damping,
         "step_s": path.step,
@@ -109,32 +110,33 @@ def series_work(folder: Path, begin: float, end: float) -> float:
     return float(work[1] - work[0])
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("case", type=Path, help="folder of a settled multi-ball case")
-    arguments.add_argument("--to", type=Path, default=Path("docs/results/ledger.json"))
-    arguments.add_argument("--angle", type=float, help="rotation [rad]; default: the case's")
-    arguments.add_argument("--only", choices=PATHS, help="one path; keeps the other's results")
-    given = arguments.parse_args()
-    paths = [given.only] if given.only else list(PATHS)
-    kept = read_object(given.to, "remove it")["paths"] if given.only and given.to.exists() else {}
-    case = read_object(given.case / "case.json", "millscale generate")
-    for name in paths:
-        with tempfile.TemporaryDirectory(prefix="ledger-") as folder:
-            kept[name] = turned(given.case, Path(folder), PATHS[name], given.angle)
+def write_energy_budget(case_folder: Path, file: Path, angle: float | None, only: str) -> None:
+    """Write ledger.json and its figure, anew after each contact setting: one takes minutes.
+
+    Args:
+        case_folder: a settled multi-ball case.
+        angle: rotation [rad]; None for that of the case.
+        only: a key of PATHS, whose results replace those in the file; empty for all.
+
+    Raises:
+        CampaignError: `only` is not a key of PATHS.
+    """
+    if only and only not in PATHS:
+        accepted = ", ".join(PATHS)
+        raise CampaignError("millscale validate energy", "--only", f"got {only}", accepted)
+    kept = read_object(file, "remove it")["paths"] if only and file.exists() else {}
+    case = read_object(case_folder / "case.json", "millscale generate")
+    for name in [only] if only else PATHS:
+        with tempfile.TemporaryDirectory(prefix="energy-") as folder:
+            kept[name] = turned(case_folder, Path(folder), PATHS[name], angle)
         print(f"{name}: closure {kept[name]['closure']:.3g}", flush=True)
-        write(given.to, case, kept)
+        _write(file, case, kept)
 
 
-def write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None:
-    """The results so far: a path takes minutes, and the next may fail."""
-    record = provenance() | {"command": "python -m millscale.validate.energy_budget CASE_FOLDER"}
+def _write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None:
+    record = provenance() | {"command": COMMAND}
     document = {"schema": 1, "case": case["id"], "S": case["S"], "paths": paths}
     file.parent.mkdir(parents=True, exist_ok=True)
     write_json(file, document | {"provenance": record})
     if "default" in paths:
         energy_account(paths["default"]).savefig(file.with_suffix(".png"), dpi=130)
-
-
-if __name__ == "__main__":
-    main()

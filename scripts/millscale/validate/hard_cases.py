@@ -1,18 +1,17 @@
-"""`python -m millscale.validate.hard_cases [--only WORDS] [--path NAME ...]`: runs the hard cases
-and writes docs/results/hard-cases.json and docs/results/hard-cases.md."""
+"""Largest stable time step of mills that are hard to integrate: `millscale validate hard-cases`."""
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from millscale.engine.record import provenance
+from millscale.errors import CampaignError
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
 from millscale.validate.cases import CASES, Case, Mill, base_campaign, mill_of
@@ -156,30 +155,27 @@ def in_order(rows: list[dict]) -> list[dict]:
     return sorted(rows, key=lambda row: (ORDER.index(row["case"]), paths.index(row["path"])))
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("--docs", type=Path, default=Path("docs"))
-    arguments.add_argument(
-        "--only", default="", help="cases whose name holds these words; keeps the others' results"
-    )
-    arguments.add_argument(
-        "--path", nargs="+", choices=PATHS, default=tuple(PATHS), help="keeps the others' results"
-    )
-    given = arguments.parse_args()
-    cases = tuple(case for case in CASES if given.only in case.name)
-    record = provenance() | {"command": COMMAND}
-    file = given.docs / "results" / "hard-cases.json"
+def write_hard_cases(docs: Path, only: str, paths: Sequence[str]) -> None:
+    """Write results/hard-cases.json and results/hard-cases.md into a folder, anew after each case.
+
+    Args:
+        only: text in the names of the cases to run; empty for all. Other results are kept.
+        paths: keys of PATHS to run; empty for all. Other results are kept.
+
+    Raises:
+        CampaignError: no case has such a name, or a path is not a key of PATHS.
+    """
+    for path in paths:
+        if path not in PATHS:
+            raise CampaignError(COMMAND, "--backend", f"got {path}", ", ".join(PATHS))
+    cases = tuple(case for case in CASES if only in case.name)
+    if not cases:
+        raise CampaignError(COMMAND, "--only", f"got {only}", "; ".join(ORDER))
+    file = docs / "results" / "hard-cases.json"
     before = read_object(file, "remove it") if file.exists() else {}
-    for found in run_all(cases, tuple(given.path), before):
-        write(given.docs, found | {"provenance": record})
-
-
-def write(docs: Path, document: dict) -> None:
-    """The results and the page made of them."""
-    (docs / "results").mkdir(parents=True, exist_ok=True)
-    write_json(docs / "results" / "hard-cases.json", document)
-    write_text(docs / "results" / "hard-cases.md", page(document))
-
-
-if __name__ == "__main__":
-    main()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    record = provenance() | {"command": COMMAND}
+    for found in run_all(cases, tuple(paths) or tuple(PATHS), before):
+        document = found | {"provenance": record}
+        write_json(file, document)
+        write_text(docs / "results" / "hard-cases.md", page(document))

@@ -1,18 +1,16 @@
-"""What samples at single steps miss: `python -m millscale.validate.sampling CASE_FOLDER...`.
+"""What rows of series.csv miss between their steps: `millscale validate sampling`.
 
-Each folder is that of a multi-ball case whose rotation is done. Its mill goes on from the last
-restart file with a row of series.csv at every step. Written is, for each quantity of a row, its
-mean over the even and over the odd steps, and what a row every `sample_steps` steps shows of it: a
-quantity that alternates from step to step would differ between the two, and of a largest value
-rows show less than there was between them.
+A finished multi-ball case continues from its last restart file with a row at every step. A quantity
+that alternates from step to step has different means over the even and the odd steps. The largest
+value of the rows is smaller than the largest value of all steps.
 """
 
 from __future__ import annotations
 
-import argparse
 import re
 import shutil
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +21,12 @@ from millscale.engine.deck_run import engine_text, find_engine
 from millscale.engine.record import provenance
 from millscale.engine.restart_file import read_restart
 from millscale.engine.resume import RESUME_FILE
+from millscale.errors import EngineError
 from millscale.runs.series import Series, read_series
-from millscale.runs.untrusted import read_object
+from millscale.runs.untrusted import RunFolderError, read_object
 from millscale.runs.writing import write_json, write_text
 
+COMMAND = "millscale validate sampling CASE..."
 STEPS = 3000
 LARGEST = ("largest_overlap_m", "largest_speed_m_s")
 QUANTITIES = (
@@ -43,7 +43,7 @@ def every_step(case_folder: Path, folder: Path, steps: int, step_s: float) -> Se
     copy_decks(("mill.in",), folder)
     files = [read_restart(path) for path in case_folder.glob("mill.*.restart")]
     if not files:
-        raise SystemExit(f"error: {case_folder}: no mill.*.restart; give a case that has run")
+        raise RunFolderError(case_folder, "no mill.*.restart", "give a case that has run")
     newest = max(files, key=lambda file: file.step)
     shutil.copyfile(newest.path, folder / RESUME_FILE)
     values = {
@@ -64,7 +64,7 @@ def every_step(case_folder: Path, folder: Path, steps: int, step_s: float) -> Se
     write_text(folder / "charge_series.in", "\n".join(begin) + "\n")
     _, cause = engine_text([str(find_engine()), "-in", "mill.in", "-var", "resume", "1"], folder)
     if cause:
-        raise RuntimeError(f"the engine did not come to the end of mill.in: {cause}")
+        raise EngineError(f"mill.in did not finish: {cause}")
     return read_series(folder / "series.csv", "multi-ball")
 
 
@@ -125,26 +125,20 @@ def sampled(case_folder: Path, steps: int, step_s: float | None = None) -> dict[
     }
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("cases", type=Path, nargs="+", help="folders of multi-ball cases")
-    arguments.add_argument("--to", type=Path, default=Path("docs/results/sampling.json"))
-    arguments.add_argument("--steps", type=int, default=STEPS, help=f"default {STEPS}")
-    arguments.add_argument(
-        "--halved", action="store_true", help="also with half of each case's time step"
-    )
-    given = arguments.parse_args()
+def write_sampling(cases: Sequence[Path], file: Path, steps: int, halved: bool) -> None:
+    """Write sampling.json.
+
+    Args:
+        cases: folders of multi-ball cases.
+        steps: number of steps that each case continues.
+        halved: also run each case with half of its time step.
+    """
     rows = []
-    for folder in given.cases:
-        rows.append(sampled(folder, given.steps))
-        if given.halved:
-            rows.append(sampled(folder, given.steps, 0.5 * rows[-1]["step_s"]))
-        for row in rows[-1 - given.halved :]:
+    for folder in cases:
+        rows.append(sampled(folder, steps))
+        if halved:
+            rows.append(sampled(folder, steps, 0.5 * rows[-1]["step_s"]))
+        for row in rows[-1 - halved :]:
             difference = row["torque"]["difference"]
             print(f"S = {row['S']:g}, {row['step_s']:g} s: {difference:.1e} M g R", flush=True)
-    record = provenance() | {"command": "python -m millscale.validate.sampling CASE_FOLDER..."}
-    write_json(given.to, {"schema": 1, **record, "cases": rows})
-
-
-if __name__ == "__main__":
-    main()
+    write_json(file, {"schema": 1, **provenance(), "command": COMMAND, "cases": rows})

@@ -1,14 +1,11 @@
-"""`python -m millscale.validate.time_step STUDY_FOLDER`: what the time step does to a collision, a
-bed at rest and to the S = 2.6 mill; writes docs/results/time-step.json, its picture and
-docs/results/time-step.md.
+"""Error against time step: `millscale validate time-step`.
 
-The mill is not run here: its rows are those settings of a finished `campaigns/study-S2.6.toml` that
-differ in nothing but time step and contact path.
+The scenes are a collision of two balls, a bed at rest and a mill. The rows of the mill come from a
+finished study: the settings that differ from its reference only in time step and contact backend.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -187,32 +184,25 @@ def _compared(cases, key: str, base: float) -> Row:
     }
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("study", type=Path, help="of campaigns/study-S2.6.toml")
-    arguments.add_argument("--docs", type=Path, default=Path("docs"))
-    given = arguments.parse_args()
+def write_time_step(study: Path, docs: Path) -> None:
+    """Write results/time-step.json, its figure and results/time-step.md into a folder.
+
+    Args:
+        study: runs folder of a finished study, such as campaigns/study-S2.6.toml.
+
+    Raises:
+        RunFolderError: not the folder of a finished study.
+    """
     mill = mill_of(BED, base_campaign())
-    try:
-        rows = list(mills(given.study))
-    except RunFolderError as error:
-        raise SystemExit(f"error: {error}") from None
+    rows = list(mills(study))
     print(f"{len(rows)} settings of the mill", flush=True)
-    for told in (collisions(mill), beds(mill)):
-        for row in told:
+    for found in (collisions(mill), beds(mill)):
+        for row in found:
             rows.append(row)
             print(row["scene"], row["path"], f"{row['dt_over_rayleigh']:g} T_R", flush=True)
     record = provenance() | {"command": COMMAND}
     document = {"schema": 1, "restitution": mill.restitution[0], "rows": rows}
-    write(given.docs, document | {"provenance": record})
-
-
-def write(docs: Path, document: Row) -> None:
-    """The results, their picture, and the page made of them."""
+    document["provenance"] = record
     write_json(docs / "results" / "time-step.json", document)
-    draw(document["rows"], docs / "results" / "time-step.png")
+    draw(rows, docs / "results" / "time-step.png")
     write_text(docs / "results" / "time-step.md", page(document))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,14 +1,10 @@
-"""Torque of the drive computed in two ways, and its part that alternates from step to step.
+"""Drive torque by its two definitions: `millscale validate torque`.
 
-`millscale validate torque RUNS...` writes docs/results/torque.json and docs/results/torque.md.
-
-RUNS are folders of finished campaigns with charges, such as campaigns/slices.toml at two steps. A
-row is a case; rows that differ in the seed alone are also taken together.
+A row is one multi-ball case. Rows that differ only in their seed also give a mean and a deviation.
 """
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -24,8 +20,8 @@ from millscale.runs.untrusted import MOST_JSON, RunFolderError, read_object, rea
 from millscale.runs.writing import write_json, write_text
 
 Row = dict[str, Any]
-SAMPLING = "sampling.json"
 COMMAND = "millscale validate torque RUNS..."
+SAMPLING = "sampling.json"
 
 
 def rows_of(cases: Iterable[FinishedCase]) -> Iterator[Row]:
@@ -193,25 +189,22 @@ def _sampling(sampling: Row) -> list[str]:
     return lines
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__)
-    arguments.add_argument("runs", type=Path, nargs="+", help="folders of finished campaigns")
-    arguments.add_argument("--docs", type=Path, default=Path("docs"))
-    given = arguments.parse_args()
-    try:
-        rows = [row for runs in given.runs for row in rows_of(load_campaign(runs).charges)]
-    except RunFolderError as error:
-        raise SystemExit(f"error: {error}") from None
+def write_torque(runs: Sequence[Path], docs: Path) -> None:
+    """Write results/torque.json and results/torque.md into a folder.
+
+    Args:
+        runs: runs folders of finished campaigns.
+
+    Raises:
+        RunFolderError: a folder holds no finished multi-ball case.
+    """
+    rows = [row for folder in runs for row in rows_of(load_campaign(folder).charges)]
     if not rows:
-        raise SystemExit("error: no finished charge in these folders; run their campaigns first")
+        raise RunFolderError(runs[0], "no finished multi-ball case", "run its campaign first")
     rows.sort(key=lambda row: (row["S"], row["wall_damping"], row["step_s"], row["seed"]))
     record = provenance() | {"command": COMMAND}
     document = {"schema": 1, **record, "rows": rows, "seeds": of_seeds(rows)}
-    write_json(given.docs / "results" / "torque.json", document)
-    sampling = given.docs / "results" / SAMPLING
-    known = read_object(sampling, "millscale.validate.sampling") if sampling.exists() else None
-    write_text(given.docs / "results" / "torque.md", page(document, known))
-
-
-if __name__ == "__main__":
-    main()
+    write_json(docs / "results" / "torque.json", document)
+    sampling = docs / "results" / SAMPLING
+    known = read_object(sampling, "millscale validate sampling") if sampling.exists() else None
+    write_text(docs / "results" / "torque.md", page(document, known))

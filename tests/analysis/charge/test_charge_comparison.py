@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from millscale.analysis.charge import pair as charge_pair
 from millscale.analysis.charge.comparison import compare_charges, twin_of
+from millscale.analysis.charge.pair import compare_two, load_charge
 from millscale.analysis.charge.scaled_mills import reference_of, seeds_of
 from millscale.analysis.charge.speed_error import model_rows
-from millscale.analysis.paper.results import load_charges, main
+from millscale.analysis.paper.results import load_charges
+from millscale.runs.untrusted import RunFolderError
 from synthetic_case import finish_case, record_stages, write_campaign
 from synthetic_throw import (
     CURTAIN_BALLS,
@@ -188,24 +189,6 @@ def test_dumps_at_other_mill_angles_are_not_compared(tmp_path):
     assert row["massflow_rms"] is not None
 
 
-def test_command_writes_rows_with_their_origin(throws, tmp_path, capsys):
-    target = tmp_path / "paper-multi-ball.json"
-    assert main([str(throws), "--to", str(target), "--machine", "shared", "--commit", "abc"]) == 0
-    content = json.loads(target.read_text())
-    assert content["commit"] == "abc"
-    assert content["machine"] == "A made-up CPU, 2 cores; shared"
-    assert content["date"].startswith("20")
-    assert content["command"][-1].startswith("python -m millscale.analysis.paper.results")
-    assert len(content["rows"]) == 4
-    table = capsys.readouterr().out.splitlines()
-    assert len(table) == 2 + 3  # a line for each model
-    assert len({line.count("|") for line in table}) == 1
-    assert " ± " in table[3] and "(" in table[3]
-    assert "| 12 | – | 1.0 | – | – |" in table[2]  # the physical mill against itself
-    assert main([str(throws), str(throws), "--to", str(target)]) == 1
-    assert "a second campaign named 'synthetic'" in capsys.readouterr().err
-
-
 def test_a_damaged_dump_is_noted_and_the_others_are_compared(throws, tmp_path):
     shutil.copytree(throws, tmp_path / "runs")
     dump = max((tmp_path / "runs/cases" / SCALED / "dump").iterdir())
@@ -226,13 +209,11 @@ def test_the_bed_at_rest_is_told_from_the_settling(throws, tmp_path):
     assert rows[REFERENCE]["settled"] == dict.fromkeys(rows[SCALED]["settled"])
 
 
-def test_two_cases_differ_as_in_the_whole_comparison(throws, rows, capsys):
-    folders = [str(throws / "cases" / name) for name in (SCALED, REFERENCE)]
-    assert charge_pair.main(folders) == 0
-    pair = json.loads(capsys.readouterr().out)
+def test_two_cases_differ_as_in_the_whole_comparison(throws, rows):
+    pair = compare_two(*(load_charge(throws / "cases" / x) for x in (SCALED, REFERENCE)))
     for name in ("mill_angle_rad", "contour_error_mean", "curtain_iou", "massflow_rms"):
         assert pair[name] == rows[SCALED][name]
     assert pair["mean_over_angles"] == rows[SCALED]["mean_over_angles"]
     assert [case["id"] for case in pair["cases"]] == [SCALED, REFERENCE]
-    assert charge_pair.main([folders[0], str(throws)]) == 1
-    assert "no such file" in capsys.readouterr().err
+    with pytest.raises(RunFolderError, match="no such file"):
+        load_charge(throws)

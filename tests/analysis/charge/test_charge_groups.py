@@ -59,8 +59,3 @@ def test_means_agree_within_the_range_of_seeds():
 def test_a_case_alone_is_an_error():
     with pytest.raises(RunFolderError, match="one case alone has no spread"):
         compare_groups([charge("a", 0.0)], [charge("b", 0.0), charge("c", 0.0)])
-
-
-def test_a_folder_that_is_no_case_is_one_line(tmp_path, capsys):
-    assert charge_groups.main([str(tmp_path), "--against", str(tmp_path)]) == 1
-    assert str(tmp_path) in capsys.readouterr().err

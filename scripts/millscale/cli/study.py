@@ -1,4 +1,4 @@
-"""The commands that measure: `bench` and `study`."""
+"""`millscale study`: time against error over the settings of a campaign."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from millscale.cli.options import (
     EXIT_FAILED,
@@ -24,43 +23,6 @@ from millscale.cli.options import (
 from millscale.engine.machine import CoreWish
 from millscale.engine.provenance import COMMAND_VARIABLE
 from millscale.errors import CampaignError
-
-
-def bench(
-    scene: Annotated[
-        str,
-        typer.Option(
-            help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
-            "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
-            "wall: mesh against analytic wall, for one ball and for s2.6; "
-            "size: 1,020 to 231,461 balls on 1 and 2 ranks, with a picture; "
-            "slices: what a shorter piece of the mill changes."
-        ),
-    ] = "s2.6",
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Shorter runs; ours and tuned stock LIGGGHTS alone.")
-    ] = False,
-    runs: Annotated[
-        Path, typer.Option("--runs", metavar="DIR", help="Where the mills in motion are kept.")
-    ] = Path("runs/bench"),
-    as_json: Json = False,
-) -> None:
-    """Time a step of the turning mill: ours against tuned stock LIGGGHTS, in turns.
-
-    The first call brings the mill into motion and keeps it in DIR: a minute or two for s2.6, half
-    an hour for s1. Nothing else should run meanwhile.
-
-    Example: `millscale bench --scene s2.6 --quick --json`
-    """
-    from millscale.bench.command import bench as time_scene
-    from millscale.bench.command import table, text
-
-    console = Console(stderr=True) if as_json else console_of()
-    result = time_scene(scene, quick, runs, console)
-    if as_json or "rows" not in result:
-        typer.echo(text(result))
-    else:
-        console.print(table(result))
 
 
 def study(

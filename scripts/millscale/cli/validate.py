@@ -1,0 +1,156 @@
+"""`millscale validate`: how far the simulation can be trusted, measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from millscale.cli.options import (
+    CaseArgument,
+    CasesArgument,
+    RunsArguments,
+    RunsOption,
+    check_at_least,
+)
+
+validate = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    help="""
+Measure the errors of the simulation itself: time step, energy, torque, sampling.
+
+These commands run the engine for minutes to hours and write the files of docs/results and the pages
+made of them.
+""",
+)
+
+Docs = Annotated[
+    Path, typer.Option(metavar="DIR", help="Folder that gets results/*.json and *.md.")
+]
+
+
+@validate.command("hard-cases")
+def hard_cases(
+    docs: Docs = Path("docs"),
+    only: Annotated[
+        str,
+        typer.Option(metavar="TEXT", help="Cases whose name contains this; keeps other results."),
+    ] = "",
+    backend: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME",
+            help="Contact backend, such as default or stock; repeatable; keeps other results.",
+        ),
+    ] = None,
+) -> None:
+    """Find the largest stable time step of mills that are hard to integrate.
+
+    Each case runs at rising fractions of the Rayleigh time. Writes results/hard-cases.json and
+    results/hard-cases.md. All cases take some hours.
+
+    Example: `millscale validate hard-cases --only 'Fr 0.9' --backend default`
+    """
+    from millscale.validate.hard_cases import write_hard_cases
+
+    write_hard_cases(docs, only, tuple(backend or ()))
+
+
+@validate.command()
+def energy(
+    folder: CaseArgument,
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")] = Path(
+        "docs/results/ledger.json"
+    ),
+    angle: Annotated[
+        float | None, typer.Option(metavar="RAD", help="Rotation [rad]; default: the case's.")
+    ] = None,
+    only: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="One contact setting; keeps the results of the other."),
+    ] = "",
+) -> None:
+    """Measure how well the energy budget of a settled multi-ball case closes.
+
+    Writes the terms of the last revolution [J] and their residual, and a figure beside the file.
+
+    Example: `millscale validate energy runs/quick/cases/mb-cg-paper-S2.600 --angle 7`
+    """
+    from millscale.validate.energy_budget import write_energy_budget
+
+    write_energy_budget(folder, to, angle, only)
+
+
+@validate.command("time-step")
+def time_step(
+    study: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Runs folder of campaigns/study-S2.6.toml.")
+    ],
+    docs: Docs = Path("docs"),
+) -> None:
+    """Measure what the time step changes in a collision, a bed at rest and a mill.
+
+    The mill comes from a finished study; collisions and beds are run here. Writes
+    results/time-step.json, its figure and results/time-step.md.
+
+    Example: `millscale validate time-step runs/study-S2.6`
+    """
+    from millscale.validate.time_step import write_time_step
+
+    write_time_step(study, docs)
+
+
+@validate.command()
+def torque(runs: RunsArguments, docs: Docs = Path("docs")) -> None:
+    """Compare the drive torque with the weight and angular momentum of the charge.
+
+    Takes every finished multi-ball case of the campaigns. Writes results/torque.json and torque.md.
+
+    Example: `millscale validate torque runs/slices runs/slices-half-step`
+    """
+    from millscale.validate.torque import write_torque
+
+    write_torque(runs, docs)
+
+
+@validate.command()
+def sampling(
+    cases: CasesArgument,
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")] = Path(
+        "docs/results/sampling.json"
+    ),
+    steps: Annotated[int, typer.Option(metavar="N", help="Steps that each case continues.")] = 3000,
+    halved: Annotated[
+        bool, typer.Option("--halved", help="Also run each case with half of its time step.")
+    ] = False,
+) -> None:
+    """Measure what rows of series.csv miss between their steps, from a row at every step.
+
+    Example: `millscale validate sampling runs/slices/cases/mb-cg-paper-S2.600 --halved`
+    """
+    from millscale.validate.sampling import write_sampling
+
+    check_at_least("validate sampling", "--steps", steps, 2)
+    write_sampling(cases, to, steps, halved)
+
+
+@validate.command("liner-variants")
+def liner_variants(
+    runs: RunsOption,
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="Campaign file of a single ball.")
+    ] = Path("campaigns/paper-single-ball.toml"),
+) -> None:
+    """Run the single ball with the lifter read in other ways and from other start phases.
+
+    The paper states neither the face angle of the lifter nor the phase at the start. Runs S = 1 and
+    2.6 for both readings and four phases a quarter of a pitch apart; prints a Markdown table.
+
+    Example: `millscale validate liner-variants --runs runs/liner-variants`
+    """
+    from millscale.cli.options import console_of
+    from millscale.validate.liner_variants import compare_variants
+
+    typer.echo(compare_variants(file, runs, console_of(stderr=True)))
