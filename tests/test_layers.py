@@ -25,7 +25,7 @@ PYTHON = (
     ("campaign",),
     ("runs",),
     ("mesh", "errors"),
-    ("terminal", "_core"),
+    ("formats", "terminal", "_core"),
 )
 # Folders of liggghts_ext/core from the bottom up. A folder includes those above it in this list.
 CORE = (

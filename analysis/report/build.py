@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from millscale.analysis.finished_campaign import Campaign, load_campaign
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball import comparison
 from millscale.analysis.single_ball.windows import common_windows
+from millscale.formats import degrees, duration, hundredths, number, percent
 from millscale.report import images as report_figures
 from millscale.report.figures.comparison import comparison_images
 from millscale.runs.case_folder import RunFolderError, verify_line
@@ -82,39 +82,6 @@ def _page(campaign: Campaign, folder: Path) -> str:
         model=_model(campaign),
         of_paper=campaign.of_paper,
     )
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    """A number with fixed decimals, or three digits if those would show none; a dash for none."""
-    if value is None:
-        return "–"
-    hidden = value != 0.0 and abs(value) < 10.0**-digits
-    return f"{value:.3g}" if hidden else f"{value:.{digits}f}"
-
-
-def percent(value: float | None, digits: int = 2) -> str:
-    """A share as a signed percentage; a dash for none."""
-    return "–" if value is None else f"{100.0 * value:+.{digits}f} %"
-
-
-def hundredths(value: float | None, digits: int = 2) -> str:
-    """A share in hundredths, for a column headed %; a dash for none."""
-    return "–" if value is None else f"{100.0 * value:.{digits}f}"
-
-
-def degrees(angle: float | None) -> str:
-    """An angle [rad] in degrees; a dash for none."""
-    return "–" if angle is None else f"{math.degrees(angle):.1f}"
-
-
-def duration(seconds: float | None) -> str:
-    """Seconds for people."""
-    if seconds is None:
-        return "–"
-    if seconds < 120.0:
-        return f"{seconds:.1f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def _hardware(campaign: Campaign) -> list[str]:

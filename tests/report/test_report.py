@@ -14,14 +14,7 @@ from millscale.analysis.finished_campaign import OUTDATED, load_campaign
 from millscale.analysis.paper import numbers as paper
 from millscale.report import build as report
 from millscale.report import images as report_figures
-from millscale.report.build import (
-    build_report,
-    degrees,
-    duration,
-    hundredths,
-    number,
-    percent,
-)
+from millscale.report.build import build_report
 from millscale.report.figures import single_ball as figures
 from millscale.runs.case_digest import case_digest
 from millscale.runs.untrusted import RunFolderError
@@ -280,17 +273,6 @@ def test_campaign_without_a_finished_case_is_refused(folder, tmp_path):
     with pytest.raises(RunFolderError, match="none of its 1 cases is finished; run them with"):
         build_report(tmp_path)
     assert not (tmp_path / "report").exists()
-
-
-def test_numbers_for_people():
-    assert [hundredths(0.0123), hundredths(None)] == ["1.23", "–"]
-    assert [degrees(1.0), degrees(None)] == ["57.3", "–"]
-    assert [number(1.23456, 2), number(None), number(0.0)] == ["1.23", "–", "0.000"]
-    # A small mill's energies and power are not shown as nothing.
-    assert [number(2.39e-5, 4), number(-4.2e-4)] == ["2.39e-05", "-0.00042"]
-    assert number(0.0012) == "0.001"
-    assert [percent(0.0123), percent(-0.5, 0), percent(None)] == ["+1.23 %", "-50 %", "–"]
-    assert [duration(x) for x in (3.14, 600, 8000, None)] == ["3.1 s", "10 min", "2 h 13 min", "–"]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from rich.console import Console
 from millscale.engine.machine import CoreWish
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError, nearest
+from millscale.formats import duration
 from millscale.runs.case_folder import RunFolderError, read_json
 from millscale.runs.lock import hold
 from millscale.runs.writing import write_json
@@ -23,7 +24,6 @@ from millscale.study.page import REPORT, RESULTS, build_study
 from millscale.study.plan import render, study_plan
 from millscale.study.results import published, with_study
 from millscale.study.tables import tables
-from millscale.workflow.display import duration
 from millscale.workflow.placement import OPEN, campaign_time
 from millscale.workflow.run_command import Request, check_free_disk, request, run_campaign
 

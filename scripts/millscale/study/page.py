@@ -7,7 +7,8 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from millscale.report.build import INDEX, PAGE, REPORT, duration, hundredths, number
+from millscale.formats import duration, hundredths, number
+from millscale.report.build import INDEX, PAGE, REPORT
 from millscale.report.images import Image, save_image
 from millscale.runs.writing import new_folder, replace_folder, write_json, write_text
 from millscale.study import pareto

@@ -11,8 +11,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from millscale.engine.machine import available_cores
+from millscale.formats import duration
 from millscale.study.file import StudyFile
-from millscale.workflow.display import duration
 from millscale.workflow.placement import makespan
 from millscale.workflow.plan import rows_of
 

@@ -8,8 +8,8 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from millscale.formats import duration
 from millscale.study import pareto
-from millscale.workflow.display import duration
 
 Row = dict[str, Any]
 

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from millscale.cases.case import Case
 from millscale.engine.machine import Allocation
+from millscale.formats import duration
 from millscale.runs.layout import CASES_FOLDER
 from millscale.workflow.forecast import time_left
 from millscale.workflow.status import CaseStatus, case_status
@@ -90,17 +91,6 @@ def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Ta
         state = Text(status.state + mark, style=STATE_COLOURS[status.state])
         table.add_row(status.id, state, status.stage, *_numbers(status))
     return table
-
-
-def duration(seconds: float | None) -> str:
-    """A duration for people: 42 s, 3 min 5 s, 2 h 10 min; empty for None."""
-    if seconds is None:
-        return ""
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes == 0:
-        return f"{rest} s"
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
 
 
 def _numbers(status: CaseStatus) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from millscale.cases.case import Case, cases_of
 from millscale.cases.cost import wall_time
 from millscale.cases.output_size import size_text
 from millscale.engine.machine import CoreWish, available_cores
-from millscale.workflow.display import duration
+from millscale.formats import duration
 from millscale.workflow.placement import makespan, place
 
 Row = dict[str, Any]

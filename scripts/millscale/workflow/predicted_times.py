@@ -9,10 +9,10 @@ from pathlib import Path
 from millscale.cases.case import Case
 from millscale.cases.cost import Rates, run_time
 from millscale.engine.machine import Allocation
+from millscale.formats import duration
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError, is_id, read_object
 from millscale.runs.writing import write_json
-from millscale.workflow.display import duration
 
 PREDICTED_FILE = "predicted.json"
 

@@ -20,12 +20,13 @@ from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_t
 from millscale.engine.machine import Allocation, CoreWish, hardware
 from millscale.engine.temporary_folder import own_folder
 from millscale.errors import CampaignError, nearest
+from millscale.formats import duration
 from millscale.runs import digests
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, Stage
 from millscale.runs.lock import hold
 from millscale.workflow import by_hand_status
-from millscale.workflow.display import duration, problems, status_table, watching
+from millscale.workflow.display import problems, status_table, watching
 from millscale.workflow.jobs import Job, jobs_of, write_jobs
 from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
 from millscale.workflow.placement import place, place_on_cluster
