@@ -23,9 +23,9 @@ def with_seed_spread(rows: list[Row], charges: Sequence[Charge], errors: dict) -
 
     seeds: how many its model has;
     seed_spread: standard deviation (n - 1) over the seeds of each error against the reference;
-    between_seeds: the same errors of the seeds against each other, in the mean over the pairs:
-        an error that does not exceed it says nothing. Of a model with one seed it is that of the
-        model nearest in S of the same campaign that has several; `between_seeds_of` names it.
+    between_seeds: the same errors between two seeds, as the mean over the pairs. An error no
+        larger than this may be chance. A scaled mill with one seed takes the value of the mill
+        nearest in S of the same campaign that has several; `between_seeds_of` names it.
 
     Args:
         errors: by the keys of two charges.

@@ -255,7 +255,7 @@ inline double held(const Task& task, int i)
   return contact::damping_held(task.damping[i], task.balls.mass[i], task.dt);
 }
 
-/// Asks the memory for what a contact needs: that lies all over it.
+/// Prefetches the scattered rows and history of a contact.
 template <class Motion, class Load>
 inline void fetch_ahead(const Task& task, int entry, const Motion* motion, const Load* load)
 {
@@ -267,7 +267,7 @@ inline void fetch_ahead(const Task& task, int entry, const Motion* motion, const
   __builtin_prefetch(memory + 2, 1);
 }
 
-/// Evaluates all contacts of the list, `lanes` at a time. `fetch` asks the memory for what a
+/// Evaluates all contacts of the list, `lanes` at a time. `fetch` prefetches what a
 /// contact needs. `forces` gets entries, how many of them count, and their laws; the others, of the
 /// last pack, repeat one that does.
 template <class Number, int lanes, class Fetch, class Forces>

@@ -31,9 +31,9 @@ class Margins {
     by_speed_ = false;
   }
 
-  /// Of an owned ball, what the fastest ball around it travels in `time` [s], but `most` [m] at the
-  /// most: a ball at rest goes as far when it is hit. Around: in the cells of the grid, which is
-  /// sorted with these balls. Margins of ghosts are their owners' to tell.
+  /// Sets each local particle's skin to the distance that the fastest particle in the 27 nearby
+  /// cells covers in `time` [s], at most `most` [m]. A particle at rest covers it when it is hit.
+  /// The grid is sorted with these balls. Owners send ghost skins.
   void set_by_speed(const Balls& balls, CellGrid& grid, const TurningFrame& frame, double most,
                     double time)
   {
@@ -79,7 +79,7 @@ class Margins {
         const double gone = position[i][d] - frame_.origin[d] - dot(row[d], start_[i]);
         square += gone * gone;
       }
-      left |= !(square <= margin_[i] * margin_[i]);  // true of a ball that is nowhere
+      left |= !(square <= margin_[i] * margin_[i]);  // also true for NaN positions
     }
     return left;
   }

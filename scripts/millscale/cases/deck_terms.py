@@ -81,7 +81,10 @@ def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> dict[str, 
 
 
 def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:
-    """`in` and `out`: lists of {what, reason}. What goes for balls that do not meet is not said."""
+    """Return the lists `in` and `out` of {what, reason}.
+
+    Ball-ball terms are omitted if the case has one ball.
+    """
     alone = not next(term.inside for term in terms if term.name == "pair")
     said = [term for term in terms if not (alone and term.switch.endswith("_pp"))]
     return {
