@@ -66,7 +66,7 @@ class Key:
     many: bool = False
 
     def accepted(self) -> str:
-        """The accepted values in words."""
+        """Return the accepted values in words."""
         bounds = [
             f"{sign} {bound:g}"
             for sign, bound in ((">", self.above), (">=", self.least), ("<=", self.most))
@@ -90,18 +90,22 @@ def _share(meaning: str, default: Any = REQUIRED, least: float = 0.0) -> Key:
     return Key("number", meaning, default, least=least, most=1.0)
 
 
+def _friction(meaning: str) -> Key:
+    return Key("number", meaning, REQUIRED, least=0.0, most=10.0)
+
+
 def _schemes(default: Any) -> Key:
     return Key("text", "similarity schemes", default, choices=SCHEMES, many=True)
 
 
 def _policies(default: Any) -> Key:
-    meaning = "what is done about the ball radius, which is not scaled"
+    meaning = "how the law treats the ball radius, which is not scaled"
     return Key("text", meaning, default, choices=POLICIES, many=True)
 
 
 def _models() -> dict[str, Key]:
-    ratio = "radius ratios of the models, S = physical / scaled radius"
-    radius = "the same as radii of the models at the liner, R / S [m]"
+    ratio = "radius ratios of the scaled mills, S = physical / scaled radius"
+    radius = "the same as radii of the scaled mills at the liner, R / S [m]"
     return {
         "S": Key("number", ratio, least=1.0, many=True),
         "scaled_radius_m": Key("number", radius, above=0.0, many=True),
@@ -109,7 +113,7 @@ def _models() -> dict[str, Key]:
 
 
 def _study(step: float | str, sample: float, restart: float) -> dict[str, Key]:
-    """Keys that single-ball and multi-ball studies share."""
+    """Return the keys that [single_ball] and [multi_ball] share."""
     return {
         **_models(),
         "schemes": _schemes(None),
@@ -139,7 +143,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     },
     "mill": {
         "radius_m": _positive("R, at the liner between the lifters [m]", REQUIRED),
-        "length_m": _positive("length of the periodic piece of mill [m]", REQUIRED),
+        "length_m": _positive("length of the periodic slice of the mill [m]", REQUIRED),
         "gravity_m_s2": _positive("g [m/s^2]", 9.81),
         "speed_rad_s": _positive("speed of rotation [rad/s]"),
         "speed_rpm": _positive("the same in turns per minute"),
@@ -154,34 +158,37 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         "lifter_top_width_m": _positive("D1, width of a lifter top [m]"),
         "groove_width_m": _positive("D2, chord of a groove at the liner [m]"),
         "face_angle_deg": Key(
-            "number", "face from the lifter's centre line, instead of D2", least=0.0, most=89.0
+            "number", "angle of a face from the lifter's centre line, instead of D2",
+            least=0.0, most=89.0,
         ),
         "reading": Key(
-            "text", "of D1 and D2; parallel: D1 all the way down", "trapezoid", choices=READINGS
+            "text", "shape of a lifter; parallel: D1 is its width down to the liner", "trapezoid",
+            choices=READINGS
         ),
         "phase_deg": Key(
-            "number", "groove 0 from the bottom at rest", 0.0, least=-360.0, most=360.0
+            "number", "angle of groove 0 from the bottom at rest", 0.0, least=-360.0, most=360.0
         ),
     },
     "ball": {
         "radius_m": _positive("a, mean ball radius [m]", REQUIRED),
         "density_kg_m3": _positive("density [kg/m^3]", REQUIRED),
         "radius_std_m": Key(
-            "number", "standard deviation of normal radii, multi-ball [m]", 0.0, least=0.0
+            "number", "standard deviation of normally distributed radii, multi-ball [m]",
+            0.0, least=0.0,
         ),
         "truncation": Key("number", "radii kept, in standard deviations", 2.0, above=0.0, most=6.0),
     },
     "material": {
         "shear_modulus_pa": _positive("G of balls and wall [Pa]"),
         "youngs_modulus_pa": _positive("E = 2 G (1 + nu) of balls and wall [Pa]"),
-        "poisson_ratio": Key("number", "of balls and wall", REQUIRED, least=0.0, most=0.5),
+        "poisson_ratio": Key("number", "nu of balls and wall", REQUIRED, least=0.0, most=0.5),
         # The engine refuses restitutions below 0.05.
-        "restitution_pp": _share("between balls", least=0.05),
-        "restitution_pw": _share("ball and wall", least=0.05),
-        "static_friction_pp": Key("number", "between balls", REQUIRED, least=0.0, most=10.0),
-        "static_friction_pw": Key("number", "ball and wall", REQUIRED, least=0.0, most=10.0),
-        "rolling_friction_pp": _share("between balls"),
-        "rolling_friction_pw": _share("ball and wall"),
+        "restitution_pp": _share("restitution, ball-ball", least=0.05),
+        "restitution_pw": _share("restitution, ball-wall", least=0.05),
+        "static_friction_pp": _friction("Coulomb friction, ball-ball"),
+        "static_friction_pw": _friction("Coulomb friction, ball-wall"),
+        "rolling_friction_pp": _share("rolling friction, ball-ball"),
+        "rolling_friction_pw": _share("rolling friction, ball-wall"),
     },
     "scaling": {
         **_models(),
@@ -191,8 +198,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         "time_exponent": Key("number", "the same as p in S^p", least=-2.0, most=2.0),
         "stiffness": Key(
             "text",
-            "Young's modulus of the scaled mill: that of the physical one, or scaled with "
-            "velocity squared so that overlap / ball radius is kept",
+            "Young's modulus: that of the physical mill, or scaled to keep overlap / ball radius",
             "fixed",
             choices=STIFFNESSES,
         ),
@@ -206,12 +212,12 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         ),
         "chord_error_m": Key(
             "number",
-            "largest gap of arc and panel, physical mill [m]; default: 2.5 % of ball radius",
+            "largest gap of arc and panel, physical mill [m]; default: 2.5 % of a",
             least=1e-6,
         ),
         "axial_divisions": Key(
             "integer",
-            "panels along the axis; default: the fewest that the engine takes",
+            "panels along the axis; default: the fewest that the engine accepts",
             least=1,
             most=1000,
         ),
@@ -219,26 +225,24 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "model": {
         "contacts": Key(
             "text",
-            "who evaluates the contacts between balls, to the same law: our kernels, or stock "
-            "LIGGGHTS",
+            "contact backend of ball-ball contacts: our kernels, or stock LIGGGHTS",
             "fast",
             choices=tuple(SURFACES),
         ),
         "tangential_damping": Key(
             "text",
-            "of balls on each other: bounded allows steps 1.7 times longer, plain is that of stock "
-            "LIGGGHTS; default: bounded with contacts fast, plain with stock",
+            "of ball-ball contacts; default: bounded with contacts fast, plain with stock",
             choices=tuple(DAMPINGS),
         ),
         "precision": Key(
             "text",
-            "of our kernels: mixed takes single precision where no error adds up, and less time",
+            "of our kernels; mixed: single precision where no error adds up, faster",
             "double",
             choices=("double", "mixed"),
         ),
         "force": Key(
             "text",
-            "what the decks model although the scene does not need it",
+            "model terms that the decks keep although the scene does not need them",
             (),
             choices=FORCIBLE,
             many=True,
@@ -257,26 +261,29 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "settling before rotation, physical mill [s]; default: 1.27 sqrt(R / g)"
         ),
         "count": Key(
-            "integer", "balls in the whole length of each model", least=1, most=10**8, many=True
+            "integer", "balls in the whole length of each scaled mill",
+            least=1, most=10**8, many=True,
         ),
         "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),
         "ledger": Key(
-            "flag", "account of the energy, ledger.csv; contacts then take several times longer",
+            "flag", "energy budget, ledger.csv; contacts then take several times longer",
             False,
         ),
-        "porosity": Key("number", "voids of the bed, with filling", 0.4, above=0.0, most=0.9),
+        "porosity": Key(
+            "number", "void fraction of the bed, with filling", 0.4, above=0.0, most=0.9
+        ),
         "slice_length_m": _positive("length simulated instead of the scaled length [m]"),
         "slice_diameters": _positive("the same in mean ball diameters"),
         "seeds": Key(
-            "integer", "of the initial packing, a case each", (1,), least=0, most=10**9, many=True
+            "integer", "of the initial packing, one case each", (1,), least=0, most=10**9, many=True
         ),
         "seeds_from_S": Key(
-            "number", "models of a smaller S, which cost more, take the first seed only", least=1.0
+            "number", "mills of a smaller S, which cost more, use the first seed only", least=1.0
         ),
     },
     "run": {
         "ranks": Key("integer", "MPI ranks of a multi-ball case", least=1, most=4096),
-        "jobs": Key("integer", "cases at a time", least=1, most=4096),
+        "jobs": Key("integer", "cases that run at a time", least=1, most=4096),
         "output_gb": Key("number", "disk that a case may take [GB]", 20.0, above=0.0, most=1e6),
     },
 }  # fmt: skip
