@@ -63,7 +63,8 @@ TERMS = (
     (r"\b(keep|keeps|kept) (an |no )?account\b|\baccount of the energy\b", "energy budget"),
     (r"\bwho evaluates\b|\bcontact paths?\b", "contact backend"),
     (r"\boutr[ua]n\b", "exceeded"),
-    (r"\bspeaks? of\b|\b(is|are) told\b", "states, reports"),
+    (r"\b(is|are) told\b|\btells\b", "is reported, states"),
+    (r"\banew\b", "again"),
 )
 
 
@@ -226,28 +227,33 @@ def test_paths_of_docs_in_sources_exist():
     assert not wrong
 
 
-def commands(group: typer.core.TyperGroup) -> dict[str, set[str]]:
-    """Return the commands of `millscale`, each with its own commands."""
-    return {name: set(getattr(command, "commands", ())) for name, command in group.commands.items()}
+def unknown_word(line: str) -> str:
+    """Return the first command or option of a line with `millscale` that does not exist."""
+    command = typer.main.get_command(app)
+    named = COMMAND.match(line)
+    for name in [name for name in named.groups() if name]:
+        inner = getattr(command, "commands", {})
+        # `bench` is a command and a group.
+        if inner and name not in inner and command.name != "bench":
+            return name
+        command = inner.get(name, command)
+    options = {name for option in command.params for name in (*option.opts, *option.secondary_opts)}
+    given = re.findall(r"(?<=\s)--?[A-Za-z][\w-]*", line)
+    return next((name for name in given if name not in {*options, "--help"}), "")
 
 
-def test_every_command_named_in_the_documentation_exists():
-    known = commands(typer.main.get_command(app))
+def test_every_command_and_option_in_the_documentation_exists():
     unknown = []
     for path in FILES:
         if path.name == "CHANGELOG.md":
             continue
         text = path.read_text(encoding="utf-8")
-        shown = [line for _, kind, line in lines_of(text) if kind == "code"]
+        code = "\n".join(line for _, kind, line in lines_of(text) if kind == "code")
         prose = "\n".join(line for _, kind, line in lines_of(text) if kind != "code")
-        for part in shown + re.findall(r"`([^`]+)`", prose):
-            named = COMMAND.match(part)
-            if not named:
-                continue
-            # In prose a group may stand alone; a word after it is its command.
-            inner = known.get(named[1])
-            if inner is None or (inner and named[2] and named[2] not in inner):
-                unknown.append((path.name, named[0]))
+        shown = code.replace("\\\n", " ").splitlines() + re.findall(r"`([^`]+)`", prose)
+        for line in filter(COMMAND.match, (line.partition("  #")[0] for line in shown)):
+            if word := unknown_word(line):
+                unknown.append((path.name, line, word))
     assert not unknown
 
 
