@@ -74,8 +74,8 @@ inline double bounded_limit(const Pair& pair, const Coefficients& c, double coor
 /// growth, so a larger step shows as spin and dissipation errors rather than as an explosion.
 ///
 /// Bounded: each tangential coefficient c is divided by 1 + dt (D_i / m_i + D_j / m_j), with D the
-/// sums of c over the contacts of either ball (`damping_held`); on equal balls 1 + dt Z c / m*. The
-/// same condition then reads 4 - 2 dt Z c / (m_t (1 + dt Z c / m*)) - dt^2 Z S_t / m_t = 0.
+/// sums of c over the contacts of either ball (`damping_share`); on equal balls 1 + dt Z c / m*.
+/// The same condition then reads 4 - 2 dt Z c / (m_t (1 + dt Z c / m*)) - dt^2 Z S_t / m_t = 0.
 inline double damping_time_step_limit(const Pair& pair, double overlap, double coordination = 1.0,
                                       bool bounded = false)
 {

@@ -28,27 +28,27 @@ class ContactSums {
 
   /// share: of the contact that this rank accounts for, 1/2 if it is evaluated twice. moves: not at
   /// set-up, where memories stay as they are and nothing slides.
-  void store(const contact::EnergyOfContact& contact, double share, bool moves)
+  void store(const contact::EvaluatedContact& contact, double share, bool moves)
   {
-    normal_energy += share * contact.stored_in_normal_spring();
-    tangential_energy += share * contact.stored_in_tangential_spring();
-    if (moves) slip += share * contact.slip();
+    normal_energy += share * contact.normal_energy();
+    tangential_energy += share * contact.tangential_energy();
+    if (moves) slip += share * contact.slip_work();
   }
 
   /// A contact of ball i with a wall, a rigid body of this spin [rad/s] whose point at the ball's
   /// centre has this velocity [m/s]: forces and torques on the ball act back on that body.
-  void add_wall(int i, const contact::EnergyOfContact& contact, double lever, const Vector& spin,
+  void add_wall(int i, const contact::EvaluatedContact& contact, const Vector& spin,
                 const Vector& velocity)
   {
     contact::Loads of_contact{};
-    contact::add_loads(contact, 1.0, lever, of_contact);
+    contact.add_loads_on_i(of_contact);
     for (int k = 0; k < contact::works; ++k) {
       for (int d = 0; d < 6; ++d) loads[i][k][d] += of_contact[k][d];
       wall_power[k] += contact::power(of_contact[k], velocity, spin);
     }
   }
 
-  /// An impact: two bodies met. energy: of `contact::approach_energy` [J].
+  /// An impact: two bodies met. energy: of the approach [J].
   void meet(double energy, double share)
   {
     if (!(energy > 0.0)) return;

@@ -14,7 +14,7 @@ namespace {
 constexpr int width = 4;  ///< entries looked at together
 
 /// Four doubles: the same number of four contacts, or three components of one ball and a spare.
-/// The compiler's vector type with the few functions `contact::ball_force` asks for.
+/// The compiler's vector type with the few functions `contact::contact_force` asks for.
 struct Pack {
   typedef double Values __attribute__((vector_size(32)));
   typedef long long Mask __attribute__((vector_size(32)));
@@ -223,13 +223,13 @@ inline void find(const Task& task, int entry, int count, Found& found)
 
 /// The laws of some contacts, as a pack.
 template <class Number, int lanes>
-inline contact::BallLaw<Number> gather_law(const Task& task, const int* entry)
+inline contact::ContactLaw<Number> gather_law(const Task& task, const int* entry)
 {
-  contact::BallLaw<Number> all;
+  contact::ContactLaw<Number> all;
   for (int lane = 0; lane < lanes; ++lane) {
     const int a = task.balls.type[task.own[entry[lane]]] - 1;
     const int b = task.balls.type[task.other[entry[lane]]] - 1;
-    const contact::BallLaw<double>& law = task.law[a * task.types + b];
+    const contact::ContactLaw<double>& law = task.law[a * task.types + b];
     all.normal_stiffness.values[lane] = law.normal_stiffness;
     all.tangential_stiffness.values[lane] = law.tangential_stiffness;
     all.normal_damping.values[lane] = law.normal_damping;
@@ -241,18 +241,18 @@ inline contact::BallLaw<Number> gather_law(const Task& task, const int* entry)
 }
 
 template <class Number>
-inline contact::BallLaw<Number> same_law(const contact::BallLaw<double>& law)
+inline contact::ContactLaw<Number> same_law(const contact::ContactLaw<double>& law)
 {
   return {Number(law.normal_stiffness), Number(law.tangential_stiffness),
           Number(law.normal_damping),   Number(law.tangential_damping),
           Number(law.sliding),          Number(law.rolling)};
 }
 
-/// What the damping of a ball's contacts is divided by [-], 0 if it is not bounded.
-inline double held(const Task& task, int i)
+/// Return a ball's share in the divisor of its contacts' damping [-], 0 if damping is not limited.
+inline double damping_share(const Task& task, int i)
 {
-  if (!task.terms.bounded) return 0.0;
-  return contact::damping_held(task.damping[i], task.balls.mass[i], task.dt);
+  if (!task.terms.limited_damping) return 0.0;
+  return contact::damping_share(task.damping[i], task.balls.mass[i], task.dt);
 }
 
 /// Prefetches the scattered rows and history of a contact.

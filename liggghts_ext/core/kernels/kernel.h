@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/contact/ball_force.h"
-#include "core/contact/damping_bound.h"
+#include "core/contact/contact_force.h"
+#include "core/contact/damping_limit.h"
 #include "core/kernels/rows.h"
 #include "core/neighbor/cells.h"
 
@@ -19,16 +19,16 @@ struct Task {
   const int *own, *other;
   int* touching;
   double* displacement;
-  const contact::BallLaw<double>* law;  ///< of types a and b: law[a * types + b], from 0
+  const contact::ContactLaw<double>* law;  ///< of types a and b: law[a * types + b], from 0
   int types;
   int only_type;  ///< the type of all balls; 0 where they differ
-  contact::BallTerms terms;
+  contact::ContactTerms terms;
   double dt;            ///< [s]
   bool advance;         ///< false at set-up: memories are used as they are
   bool forget_apart;    ///< a contact's memory ends when the balls part, not at the next list
   double (*force)[3];   ///< of all balls, owned and ghost; only owned balls get any [N]
   double (*torque)[3];  ///< [N m]
-  double* damping;  ///< if bounded, of all balls: see `contact::damping_held`; of owned ones the
+  double* damping;  ///< if limited, of all balls: see `contact::damping_share`; of owned ones the
                     ///< step's own sum afterwards [kg/s]
 };
 

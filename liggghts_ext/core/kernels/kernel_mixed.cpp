@@ -35,8 +35,8 @@ struct Singles {
   }
 };
 
-using Vectors = contact::Triple<Singles>;
-using Law = contact::BallLaw<Singles>;
+using Vectors = Vector3<Singles>;
+using Law = contact::ContactLaw<Singles>;
 
 inline __m256 m(Singles a)
 {
@@ -107,8 +107,8 @@ inline Singles excess(const Place* place, const int* i, const int* j)
 }
 
 /// What the force of eight contacts asks for.
-inline contact::BallTouch<Singles> touch_of(const Task& task, const int* entry, const int* i,
-                                            const int* j)
+inline contact::BallPair<Singles> pair_of(const Task& task, const int* entry, const int* i,
+                                          const int* j)
 {
   const Place* const place = task.rows->place;
   const SingleMotion* const motion = task.rows->single_motion;
@@ -134,20 +134,20 @@ inline contact::BallTouch<Singles> touch_of(const Task& task, const int* entry, 
     const Singles of_j = turning_j(k);
     return with_fourths(of_j, of_j + turning_i(k));
   });
-  contact::BallTouch<Singles> touch;
-  touch.apart = vectors(apart);
-  touch.square = dot(touch.apart, touch.apart);
-  touch.excess = excess(place, i, j);
-  touch.radius_i = memory.of[3];
-  touch.radius_j = apart.of[3];
-  touch.mass_i = speed.of[3];
-  touch.mass_j = spin_i.of[3];
-  touch.velocity = vectors(speed);
-  touch.spin_i = vectors(spin_i);
-  touch.spin_j = vectors(spin_j);
-  touch.displacement = vectors(memory);
-  touch.held = spin_j.of[3];
-  return touch;
+  contact::BallPair<Singles> pair;
+  pair.separation = vectors(apart);
+  pair.r2 = dot(pair.separation, pair.separation);
+  pair.excess = excess(place, i, j);
+  pair.radius_i = memory.of[3];
+  pair.radius_j = apart.of[3];
+  pair.mass_i = speed.of[3];
+  pair.mass_j = spin_i.of[3];
+  pair.velocity = vectors(speed);
+  pair.spin_i = vectors(spin_i);
+  pair.spin_j = vectors(spin_j);
+  pair.displacement = vectors(memory);
+  pair.damping_share = spin_j.of[3];
+  return pair;
 }
 
 inline void add(SingleLoad& load, __m256 part)
@@ -162,8 +162,8 @@ inline void add(SingleLoad& load, __m256 part)
   int i[lanes], j[lanes];
   for (int lane = 0; lane < lanes; ++lane) i[lane] = task.own[entry[lane]];
   for (int lane = 0; lane < lanes; ++lane) j[lane] = task.other[entry[lane]];
-  const auto result = contact::ball_force<true>(touch_of(task, entry, i, j), law, task.terms,
-                                                task.dt, task.advance);
+  const auto result = contact::contact_force(contact::contact_of<true>(pair_of(task, entry, i, j)),
+                                             law, task.terms, task.dt, task.advance);
 
   const Singles zero(0.0);
   const Quads kept = rows(result.displacement, zero);
@@ -198,7 +198,8 @@ void pack_single(const Task& task)
     put(&rows.place[i].x, with_fourth(vector(balls.position[i]), Pack(balls.radius[i])));
     _mm_store_ps(motion.velocity,
                  single(with_fourth(vector(balls.velocity[i]), Pack(balls.mass[i]))));
-    _mm_store_ps(motion.spin, single(with_fourth(vector(balls.spin[i]), Pack(held(task, i)))));
+    _mm_store_ps(motion.spin,
+                 single(with_fourth(vector(balls.spin[i]), Pack(damping_share(task, i)))));
   });
 }
 
@@ -209,7 +210,7 @@ void unload_single(const Task& task)
   for (int i = 0; i < task.balls.owned; ++i) {
     for (int d = 0; d < 3; ++d) task.force[i][d] += load[i].force[d];
     for (int d = 0; d < 3; ++d) task.torque[i][d] += load[i].torque[d];
-    if (task.terms.bounded && task.advance) task.damping[i] = load[i].damping;
+    if (task.terms.limited_damping && task.advance) task.damping[i] = load[i].damping;
     load[i] = SingleLoad{};
   }
 }

@@ -5,7 +5,7 @@
 namespace millscale::pairs::MILLSCALE_LEVEL {
 namespace {
 
-using Vectors = contact::Triple<Pack>;
+using Vectors = Vector3<Pack>;
 struct Columns {
   Vectors xyz;
   Pack fourth;
@@ -23,7 +23,7 @@ inline Columns columns(const Row& row)
           shuffled<2, 3, 6, 7>(high_ab, high_cd)};
 }
 
-using Law = contact::BallLaw<Pack>;
+using Law = contact::ContactLaw<Pack>;
 
 struct FourRows {
   Pack of[width];
@@ -74,20 +74,21 @@ inline void subtract(double* sum, Pack part)
       columns([&](int lane) { return spin(j[lane]) + with_fourth(Pack(0.0), spin(i[lane])); });
   const Columns displacement =
       columns([&](int lane) { return with_fourth(four(memory(lane)), place(i[lane])); });
-  contact::BallTouch<Pack> touch;
-  touch.apart = apart.xyz;
-  touch.square = dot(touch.apart, touch.apart);
-  touch.radius_i = displacement.fourth;
-  touch.radius_j = apart.fourth;
-  touch.mass_i = speed.fourth;
-  touch.mass_j = spin_i.fourth;
-  touch.velocity = speed.xyz;
-  touch.spin_i = spin_i.xyz;
-  touch.spin_j = spin_j.xyz;
-  touch.displacement = displacement.xyz;
-  touch.held = spin_j.fourth;
+  contact::BallPair<Pack> pair;
+  pair.separation = apart.xyz;
+  pair.r2 = dot(pair.separation, pair.separation);
+  pair.radius_i = displacement.fourth;
+  pair.radius_j = apart.fourth;
+  pair.mass_i = speed.fourth;
+  pair.mass_j = spin_i.fourth;
+  pair.velocity = speed.xyz;
+  pair.spin_i = spin_i.xyz;
+  pair.spin_j = spin_j.xyz;
+  pair.displacement = displacement.xyz;
+  pair.damping_share = spin_j.fourth;
 
-  const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
+  const auto result =
+      contact::contact_force(contact::contact_of(pair), law, task.terms, task.dt, task.advance);
 
   const FourRows kept = rows(result.displacement, Pack(0.0));
   const FourRows force = rows(result.force, Pack(0.0));
@@ -111,7 +112,7 @@ void pack(const Task& task)
   for_each_ball(balls.all, [&](int i, const auto& vector) {
     put(&rows.place[i].x, with_fourth(vector(balls.position[i]), Pack(balls.radius[i])));
     put(rows.motion[i].velocity, with_fourth(vector(balls.velocity[i]), Pack(balls.mass[i])));
-    put(rows.motion[i].spin, with_fourth(vector(balls.spin[i]), Pack(held(task, i))));
+    put(rows.motion[i].spin, with_fourth(vector(balls.spin[i]), Pack(damping_share(task, i))));
   });
 }
 
@@ -122,7 +123,7 @@ void unload(const Task& task)
   for (int i = 0; i < task.balls.owned; ++i) {
     for (int d = 0; d < 3; ++d) task.force[i][d] += load[i].force[d];
     for (int d = 0; d < 3; ++d) task.torque[i][d] += load[i].torque[d];
-    if (task.terms.bounded && task.advance) task.damping[i] = load[i].damping;
+    if (task.terms.limited_damping && task.advance) task.damping[i] = load[i].damping;
     put(load[i].force, Pack(0.0));
     put(load[i].torque, Pack(0.0));
   }

@@ -5,14 +5,7 @@
 namespace millscale::pairs::v2 {
 namespace {
 
-using contact::Triple;
-
-Triple<double> triple(const double* v)
-{
-  return {v[0], v[1], v[2]};
-}
-
-void add(double* sum, double sign, const Triple<double>& part)
+void add(double* sum, double sign, const Vector3<double>& part)
 {
   sum[0] += sign * part.x;
   sum[1] += sign * part.y;
@@ -21,8 +14,8 @@ void add(double* sum, double sign, const Triple<double>& part)
 
 /// Of those who keep no account of energy.
 struct NoSums {
-  void contact(const Task&, int, const contact::BallTouch<double>&,
-               const contact::BallForces<double>&)
+  void contact(const Task&, int, const contact::Contact<double>&,
+               const contact::ContactForce<double>&)
   {
   }
   void apart(int) {}
@@ -32,19 +25,18 @@ struct NoSums {
 struct Sums {
   ledger::PairSums& of;
 
-  void contact(const Task& task, int entry, const contact::BallTouch<double>& touch,
-               const contact::BallForces<double>& forces)
+  void contact(const Task& task, int entry, const contact::Contact<double>& contact,
+               const contact::ContactForce<double>& force)
   {
     const int i = task.own[entry], j = task.other[entry];
     const bool shared = j >= task.balls.owned;  // evaluated for the ghost's own ball as well
     const double share = shared ? 0.5 : 1.0;
-    const auto energy = contact::energy_of(forces);
-    of.store(energy, share, task.advance);
-    contact::add_loads(energy, 1.0, forces.parts.lever_i, of.loads[i]);
-    if (!shared) contact::add_loads(energy, -1.0, forces.parts.lever_j, of.loads[j]);
+    const contact::EvaluatedContact evaluated(contact, force);
+    of.store(evaluated, share, task.advance);
+    evaluated.add_loads_on_i(of.loads[i]);
+    if (!shared) evaluated.add_loads_on_j(of.loads[j]);
     if (!of.first_touch(entry) || !task.advance) return;
-    const double mass = touch.mass_i * touch.mass_j / (touch.mass_i + touch.mass_j);
-    of.meet(contact::approach_energy(mass, dot(touch.velocity, forces.parts.normal)), share);
+    of.meet(evaluated.approach_energy(), share);
   }
   void apart(int entry) { of.apart(entry); }
 };
@@ -55,21 +47,22 @@ void evaluate_contact(const Task& task, int entry, double* memory, SumsOrNone su
   const int i = task.own[entry], j = task.other[entry];
   const Balls& balls = task.balls;
   const Rows& rows = *task.rows;
-  contact::BallTouch<double> touch;
-  touch.apart = triple(balls.position[i]) - triple(balls.position[j]);
-  touch.square = dot(touch.apart, touch.apart);
-  touch.radius_i = balls.radius[i];
-  touch.radius_j = balls.radius[j];
-  touch.mass_i = balls.mass[i];
-  touch.mass_j = balls.mass[j];
-  touch.velocity = triple(balls.velocity[i]) - triple(balls.velocity[j]);
-  touch.spin_i = triple(balls.spin[i]);
-  touch.spin_j = triple(balls.spin[j]);
-  touch.displacement = triple(memory);
-  touch.held = rows.motion[i].held + rows.motion[j].held;
+  contact::BallPair<double> pair;
+  pair.separation = vector3(balls.position[i]) - vector3(balls.position[j]);
+  pair.r2 = dot(pair.separation, pair.separation);
+  pair.radius_i = balls.radius[i];
+  pair.radius_j = balls.radius[j];
+  pair.mass_i = balls.mass[i];
+  pair.mass_j = balls.mass[j];
+  pair.velocity = vector3(balls.velocity[i]) - vector3(balls.velocity[j]);
+  pair.spin_i = vector3(balls.spin[i]);
+  pair.spin_j = vector3(balls.spin[j]);
+  pair.displacement = vector3(memory);
+  pair.damping_share = rows.motion[i].damping_share + rows.motion[j].damping_share;
   const auto& law = task.law[(balls.type[i] - 1) * task.types + balls.type[j] - 1];
-  const auto result = contact::ball_force(touch, law, task.terms, task.dt, task.advance);
-  sums.contact(task, entry, touch, result);
+  const auto contact = contact::contact_of(pair);
+  const auto result = contact::contact_force(contact, law, task.terms, task.dt, task.advance);
+  sums.contact(task, entry, contact, result);
   memory[0] = result.displacement.x;
   memory[1] = result.displacement.y;
   memory[2] = result.displacement.z;
@@ -82,13 +75,13 @@ void evaluate_contact(const Task& task, int entry, double* memory, SumsOrNone su
   add(task.torque[j], 1.0, result.torque_j);
 }
 
-/// Before the contacts: what each ball's damping is divided by; no sum yet.
-void hold(const Task& task)
+/// Set each ball's share in the damping divisors and clear its sum of coefficients.
+void begin_damping(const Task& task)
 {
-  const bool bounded = task.terms.bounded;
+  const bool limited = task.terms.limited_damping;
   for (int i = 0; i < task.balls.all; ++i) {
-    task.rows->motion[i].held =
-        bounded ? contact::damping_held(task.damping[i], task.balls.mass[i], task.dt) : 0.0;
+    task.rows->motion[i].damping_share =
+        limited ? contact::damping_share(task.damping[i], task.balls.mass[i], task.dt) : 0.0;
     task.rows->load[i].damping = 0.0;
   }
 }
@@ -96,10 +89,10 @@ void hold(const Task& task)
 template <class SumsOrNone>
 void evaluate_all(const Task& task, SumsOrNone sums)
 {
-  hold(task);
+  begin_damping(task);
   for (int entry = 0; entry < task.entries; ++entry) {
     const int i = task.own[entry], j = task.other[entry];
-    const auto apart = triple(task.balls.position[i]) - triple(task.balls.position[j]);
+    const auto apart = vector3(task.balls.position[i]) - vector3(task.balls.position[j]);
     const double radii = task.balls.radius[i] + task.balls.radius[j];
     double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
     if (dot(apart, apart) < radii * radii) {
@@ -113,7 +106,7 @@ void evaluate_all(const Task& task, SumsOrNone sums)
       memory[0] = memory[1] = memory[2] = 0.0;
     }
   }
-  for (int i = 0; task.terms.bounded && task.advance && i < task.balls.owned; ++i)
+  for (int i = 0; task.terms.limited_damping && task.advance && i < task.balls.owned; ++i)
     task.damping[i] = task.rows->load[i].damping;
 }
 

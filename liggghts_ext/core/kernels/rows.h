@@ -13,8 +13,8 @@ struct alignas(32) Place {
   double x, y, z, radius;  ///< [m]
 };
 struct alignas(64) Motion {
-  double velocity[3], mass;  ///< [m/s], [kg]
-  double spin[3], held;      ///< [rad/s], `contact::damping_held` [-]
+  double velocity[3], mass;       ///< [m/s], [kg]
+  double spin[3], damping_share;  ///< [rad/s], `contact::damping_share` [-]
 };
 /// Zero between steps.
 struct alignas(64) Load {
@@ -24,7 +24,7 @@ struct alignas(64) Load {
 
 /// The same two in single precision, one row each: for the mixed kernel.
 struct alignas(32) SingleMotion {
-  float velocity[3], mass, spin[3], held;
+  float velocity[3], mass, spin[3], damping_share;
 };
 struct alignas(32) SingleLoad {
   float force[3], damping, torque[3], not_used;

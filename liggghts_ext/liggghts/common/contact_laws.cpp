@@ -28,7 +28,8 @@ std::vector<double> of_pairs(LAMMPS* engine, const char* asker, const char* name
 
 }  // namespace
 
-std::vector<TypePair> contact_laws(LAMMPS* engine, const char* asker, bool sliding, bool rolling)
+std::vector<contact::ContactLaw<double>> contact_laws(LAMMPS* engine, const char* asker,
+                                                      bool sliding, bool rolling)
 {
   const int types = engine->atom->ntypes;
   const auto of_types = [&](const char* name) {
@@ -42,13 +43,14 @@ std::vector<TypePair> contact_laws(LAMMPS* engine, const char* asker, bool slidi
   const auto restitution = of_pairs(engine, asker, "coefficientRestitution", true);
   const auto slide = of_pairs(engine, asker, "coefficientFriction", sliding);
   const auto roll = of_pairs(engine, asker, "coefficientRollingFriction", rolling);
-  std::vector<TypePair> laws;
+  std::vector<contact::ContactLaw<double>> laws;
   for (int a = 0; a < types; ++a)
     for (int b = 0; b < types; ++b) {
       const int ab = a * types + b;
-      laws.push_back({contact::effective_youngs_modulus(material(a), material(b)),
-                      contact::effective_shear_modulus(material(a), material(b)),
-                      contact::damping_factor(restitution[ab]), slide[ab], roll[ab]});
+      laws.push_back(
+          contact::contact_law({contact::effective_youngs_modulus(material(a), material(b)),
+                                contact::effective_shear_modulus(material(a), material(b)),
+                                contact::damping_factor(restitution[ab]), slide[ab], roll[ab]}));
     }
   return laws;
 }

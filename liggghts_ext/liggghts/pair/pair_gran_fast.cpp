@@ -31,7 +31,6 @@
 #include "liggghts/pair/fix_pair_contact_history.h"
 
 using namespace LAMMPS_NS;
-namespace contact = millscale::contact;
 namespace pairs = millscale::pairs;
 
 namespace {
@@ -141,7 +140,7 @@ void PairGranFast::read_damping(const std::string& word)
     throw std::invalid_argument("tangential_damping: got '" + word +
                                 "', accepted are on, off, bounded");
   terms_.tangential_damping = word != "off";
-  terms_.bounded = word == "bounded";
+  terms_.limited_damping = word == "bounded";
 }
 
 void PairGranFast::init_granular()
@@ -155,16 +154,12 @@ void PairGranFast::init_granular()
         FLERR,
         (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
   refuse_what_is_not_covered();
-  damping_ = terms_.bounded ? own_fix<FixContactDamping>("contact_damping") : nullptr;
+  damping_ = terms_.limited_damping ? own_fix<FixContactDamping>("contact_damping") : nullptr;
   margins_ = own_fix<FixPairMargins>("pair_margins");
   ledger_ = first_fix<FixMillLedger>(modify);
   memories_ = static_cast<FixPairMemories*>(pair_->get_fix_history());  // so for all, by its style
-  laws_.clear();
   try {
-    const auto laws = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
-    for (const TypePair& law : laws)
-      laws_.push_back(contact::ball_law(law.youngs_modulus, law.shear_modulus, law.damping,
-                                        law.sliding, law.rolling));
+    laws_ = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
     if (tangential_ == "no_history") refuse_friction_of_balls();
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());

@@ -46,7 +46,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   class PairGran* pair_;
   int64_t hash_;
   std::string tangential_;
-  millscale::contact::BallTerms terms_;
+  millscale::contact::ContactTerms terms_;
   class FixContactDamping* damping_ = nullptr;
   class FixPairMargins* margins_ = nullptr;
   class FixPairMemories* memories_ = nullptr;
@@ -55,7 +55,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   bool mixed_ = false;
   int check_every_ = 0;  ///< steps from search to search for missed contacts; 0: never
   millscale::pairs::Kernel kernel_;
-  std::vector<millscale::contact::BallLaw<double>> laws_;
+  std::vector<millscale::contact::ContactLaw<double>> laws_;
   millscale::pairs::RowStore rows_;
   millscale::pairs::CellGrid grid_;
   int only_type_ = 0;

@@ -12,6 +12,8 @@
 #include "neighbor.h"
 #include "update.h"
 
+#include "core/contact/contact_energy.h"
+#include "core/contact/damping_limit.h"
 #include "core/liner/groove_box.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/common/contact_laws.h"
@@ -110,9 +112,9 @@ void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList&
   } else if (key == "end_motion")
     ends_turn_ = list.choice(key, "mill", "rest");
   else if (key == "rolling_friction")
-    rolling_ = list.choice(key, "cdt", "off");
+    terms_.rolling = list.choice(key, "cdt", "off");
   else if (key == "tangential_damping")
-    bounded_ = list.choice(key, "bounded", "on");
+    terms_.limited_damping = list.choice(key, "bounded", "on");
   else
     throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, type, " +
                                 millscale::liner_keywords +
@@ -144,7 +146,7 @@ void FixWallMill::init()
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
     // Made by the pair style, whose init comes before.
-    damping_ = bounded_ ? first_fix<FixContactDamping>(modify) : nullptr;
+    damping_ = terms_.limited_damping ? first_fix<FixContactDamping>(modify) : nullptr;
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
@@ -152,13 +154,10 @@ void FixWallMill::init()
 
 void FixWallMill::read_materials()
 {
-  const std::vector<TypePair> laws = contact_laws(lmp, style, true, rolling_);
-  of_type_.clear();
-  for (int type = 0; type < atom->ntypes; ++type) {
-    const TypePair& law = laws[type * atom->ntypes + wall_type_ - 1];
-    of_type_.push_back(
-        {law.youngs_modulus, law.shear_modulus, law.damping, {law.sliding, law.rolling}});
-  }
+  const auto laws = contact_laws(lmp, style, true, terms_.rolling);
+  law_of_type_.clear();
+  for (int type = 0; type < atom->ntypes; ++type)
+    law_of_type_.push_back(laws[type * atom->ntypes + wall_type_ - 1]);
 }
 
 void FixWallMill::setup(int)
@@ -321,13 +320,13 @@ void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Conta
 {
   double* memory = row(i);
   double next[memory_size] = {};
-  const double held = bounded_ ? damping_held(i, found, dt) : 0.0;
+  const double share = terms_.limited_damping ? damping_share(i, found, dt) : 0.0;
   touching_[i] = 0;
   for (int c = 0; c < found.count; ++c) {
     const double key = found.contact[c].key;
     Vector displacement = memory_of(key, memory);
     if (ledger_) found.contact[c].met = holds(key, memory);
-    press(i, mill, arm, found.contact[c], dt, displacement, held);
+    press(i, mill, arm, found.contact[c], dt, displacement, share);
     next[c * slot_size] = key;
     touching_[i] |= is_groove(key) ? on_groove : on_wall;
     std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
@@ -335,38 +334,31 @@ void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Conta
   std::copy(next, next + memory_size, memory);
 }
 
-/// A contact after the law is applied.
-struct FixWallMill::Pressed {
-  int ball;
-  const contact::WallTouch& touch;
-  const contact::ForceAndTorque& on_ball;
-  const Vector &displacement, &mill_speed, &arm;
-};
-
-contact::Pair FixWallMill::pair_of(int i) const
+const contact::ContactLaw<double>& FixWallMill::law_of(int i) const
 {
-  const BallOnWall& law = of_type_[atom->type[i] - 1];
-  return {atom->radius[i], atom->rmass[i], law.youngs_modulus, law.shear_modulus, law.damping};
+  return law_of_type_[atom->type[i] - 1];
 }
 
-/// What the tangential damping of the ball's contacts with the wall is divided by, less 1. It is
-/// taken over all of its contacts: those with balls, whose sum the pair style has just left, and
-/// these.
-double FixWallMill::damping_held(int i, const Contacts& found, double dt) const
+/// Return the ball's share in the divisor of the tangential damping of its contacts with the wall.
+/// It is taken over all contacts of the ball: those with balls, whose sum the pair style has just
+/// stored, and these.
+double FixWallMill::damping_share(int i, const Contacts& found, double dt) const
 {
-  const contact::Pair pair = pair_of(i);
+  const contact::ContactLaw<double>& law = law_of(i);
   double damping = damping_ ? damping_->of_ball(i) : 0.0;
-  for (int c = 0; c < found.count; ++c)
-    damping += contact::coefficients(pair, found.contact[c].overlap).tangential_damping;
-  return contact::damping_held(damping, pair.mass, dt);
+  for (int c = 0; c < found.count; ++c) {
+    const double a = contact::contact_radius(atom->radius[i], found.contact[c].overlap);
+    damping += law.tangential_damping * contact::damping_scale(a, atom->rmass[i]);
+  }
+  return contact::damping_share(damping, atom->rmass[i], dt);
 }
 
 void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,
-                        double dt, Vector& displacement, double held)
+                        double dt, Vector& displacement, double damping_share)
 {
   const double radius = atom->radius[i];
-  const contact::Pair pair = pair_of(i);
-  contact::WallTouch touch{radius, contact.overlap, contact.normal, {}, {}};
+  contact::BallOnWall touch{contact.normal, contact.overlap, radius, atom->rmass[i], {}, {},
+                            displacement,   damping_share};
   Vector lever;
   for (int d = 0; d < 3; ++d) lever[d] = arm[d] - (radius - contact.overlap) * contact.normal[d];
   const Vector wall_velocity = contact.turns ? millscale::cross(mill.omega, lever) : Vector{};
@@ -374,34 +366,29 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
     touch.velocity[d] = atom->v[i][d] - wall_velocity[d];
     touch.spin[d] = atom->omega[i][d];
   }
-  const contact::ForceAndTorque on_ball = contact::wall_force(
-      pair, of_type_[atom->type[i] - 1].friction, touch, dt, displacement, held);
-  if (damping_ && dt > 0.0) damping_->of_ball(i) += on_ball.damping;
+  const auto on_wall = contact::contact_of(touch);
+  const auto result = contact::contact_force(on_wall, law_of(i), terms_, dt, dt > 0.0);
+  displacement = millscale::to_array(result.displacement);
+  if (damping_ && dt > 0.0) damping_->of_ball(i) += result.damping;
+  const Vector force = millscale::to_array(result.force);
+  const Vector torque = millscale::to_array(result.torque_i);
   // All that the ball gains in angular momentum about the mill's origin, its own spin included.
-  Vector moment = millscale::cross(arm, on_ball.force);
-  for (int d = 0; d < 3; ++d) moment[d] += on_ball.torque[d];
+  Vector moment = millscale::cross(arm, force);
+  for (int d = 0; d < 3; ++d) moment[d] += torque[d];
   for (int d = 0; d < 3; ++d) {
-    atom->f[i][d] += on_ball.force[d];
-    atom->torque[i][d] += on_ball.torque[d];
-    on_wall_[d] -= on_ball.force[d];
+    atom->f[i][d] += force[d];
+    atom->torque[i][d] += torque[d];
+    on_wall_[d] -= force[d];
     on_wall_[3 + d] -= moment[d];
     if (contact.turns) torque_on_turning_[d] -= moment[d];
   }
-  if (ledger_) account({i, touch, on_ball, displacement, mill.omega, arm}, contact, dt);
-}
-
-/// Writes a contact into the account of energy.
-void FixWallMill::account(const Pressed& p, const Contact& contact, double dt) const
-{
+  if (!ledger_) return;
+  const contact::EvaluatedContact evaluated(on_wall, result);
   millscale::ledger::ContactSums& sums = ledger_->on_wall();
-  const auto energy = contact::energy_of(p.touch, p.on_ball, p.displacement);
-  sums.store(energy, 1.0, dt > 0.0);
-  const Vector spin = contact.turns ? p.mill_speed : Vector{};
-  sums.add_wall(p.ball, energy, p.on_ball.parts.lever, spin, millscale::cross(spin, p.arm));
-  if (!contact.met && dt > 0.0)
-    sums.meet(contact::approach_energy(atom->rmass[p.ball],
-                                       millscale::dot(p.touch.velocity, p.touch.normal)),
-              1.0);
+  sums.store(evaluated, 1.0, dt > 0.0);
+  const Vector spin = contact.turns ? mill.omega : Vector{};
+  sums.add_wall(i, evaluated, spin, millscale::cross(spin, arm));
+  if (!contact.met && dt > 0.0) sums.meet(evaluated.approach_energy(), 1.0);
 }
 
 void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,

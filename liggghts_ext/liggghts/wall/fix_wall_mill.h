@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/contact/wall_force.h"
+#include "core/contact/contact_force.h"
 #include "core/liner/end_walls.h"
 #include "core/liner/touches.h"
 #include "liggghts/common/fix_per_ball_rows.h"
@@ -46,10 +46,6 @@ class FixWallMill : public FixPerBallRows {
   void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
 
  private:
-  struct BallOnWall {
-    double youngs_modulus, shear_modulus, damping;
-    millscale::contact::Friction friction;
-  };
   /// Where the mill is and how it moves at this step, for all balls.
   struct MillNow {
     millscale::Vector axis, across, down, origin, omega;
@@ -94,11 +90,9 @@ class FixWallMill : public FixPerBallRows {
   void press_all(int i, const MillNow& mill, const millscale::Vector& arm, Contacts& found,
                  double dt);
   void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
-             double dt, millscale::Vector& displacement, double held);
-  millscale::contact::Pair pair_of(int i) const;
-  double damping_held(int i, const Contacts& found, double dt) const;
-  struct Pressed;
-  void account(const Pressed& pressed, const Contact& contact, double dt) const;
+             double dt, millscale::Vector& displacement, double damping_share);
+  const millscale::contact::ContactLaw<double>& law_of(int i) const;
+  double damping_share(int i, const Contacts& found, double dt) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
@@ -111,10 +105,9 @@ class FixWallMill : public FixPerBallRows {
   std::optional<millscale::liner::EndWalls> ends_;
   bool ends_turn_ = true;
   int wall_type_ = 0;
-  bool rolling_ = true;
-  bool bounded_ = false;                  ///< the tangential damping is divided as that of balls is
+  millscale::contact::ContactTerms terms_;
   FixContactDamping* damping_ = nullptr;  ///< sums of the balls' contacts, if there are such
-  std::vector<BallOnWall> of_type_;
+  std::vector<millscale::contact::ContactLaw<double>> law_of_type_;
   std::vector<Near> near_;             ///< balls that may touch, or did
   std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
   double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank

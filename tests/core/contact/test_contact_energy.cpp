@@ -10,17 +10,21 @@
 namespace {
 
 using namespace millscale::contact;
+using millscale::dot;
+using millscale::to_array;
 using millscale::Vector;
+using millscale::vector3;
+using millscale::Vector3;
 namespace ledger = millscale::ledger;
 
 constexpr double radius = 0.02, mass = 0.09, inertia = 0.4 * mass * radius * radius;
 constexpr double young = 3.3e7, shear = 7.0e6;
-constexpr double head_on = 1.0;  // relative speed [m/s]
-
-Triple<double> triple(const Vector& a)
+double size_of(const Vector& a)
 {
-  return {a[0], a[1], a[2]};
+  return std::sqrt(dot(a, a));
 }
+
+constexpr double head_on = 1.0;  // relative speed [m/s]
 
 struct Ball {
   Vector place, velocity, spin{};
@@ -30,11 +34,11 @@ struct Ball {
 /// Two equal balls that meet along x, by the engine's steps; and the account of their energy.
 struct Collision {
   double restitution, sliding, rolling_friction, dt;
-  BallTerms terms{};
+  ContactTerms terms{};
   double hardness = 1.0;  ///< factor of both moduli
   Ball i{{0.0, 0.0, 0.0}, {-0.5 * head_on, 0.0, 0.0}};
   Ball j{{-2.0 * radius - 1e-12, 0.0, 0.0}, {0.5 * head_on, 0.0, 0.0}};
-  Triple<double> memory{0.0, 0.0, 0.0};
+  Vector3<double> memory{0.0, 0.0, 0.0};
   ledger::WorkSums work{};
   ledger::Stored stored{};
   double slip = 0.0, touched = 0.0;
@@ -68,25 +72,26 @@ struct Collision {
   {
     i.loads = j.loads = {};
     stored = {};
-    BallTouch<double> touch;
-    touch.apart = triple(i.place) - triple(j.place);
-    touch.square = dot(touch.apart, touch.apart);
-    touch.radius_i = touch.radius_j = radius;
-    touch.mass_i = touch.mass_j = mass;
-    touch.velocity = triple(i.velocity) - triple(j.velocity);
-    touch.spin_i = triple(i.spin);
-    touch.spin_j = triple(j.spin);
-    touch.displacement = memory;
-    if (!(touch.square < 4.0 * radius * radius)) return;
-    const auto law = ball_law(hardness * young, hardness * shear, damping_factor(restitution),
-                              sliding, rolling_friction);
-    const auto forces = ball_force(touch, law, terms, dt, true);
-    memory = forces.displacement;
-    const EnergyOfContact contact = energy_of(forces);
-    add_loads(contact, 1.0, forces.parts.lever_i, i.loads);
-    add_loads(contact, -1.0, forces.parts.lever_j, j.loads);
-    stored = {contact.stored_in_normal_spring(), contact.stored_in_tangential_spring()};
-    slip += contact.slip();
+    BallPair<double> pair;
+    pair.separation = vector3(i.place) - vector3(j.place);
+    pair.r2 = dot(pair.separation, pair.separation);
+    pair.radius_i = pair.radius_j = radius;
+    pair.mass_i = pair.mass_j = mass;
+    pair.velocity = vector3(i.velocity) - vector3(j.velocity);
+    pair.spin_i = vector3(i.spin);
+    pair.spin_j = vector3(j.spin);
+    pair.displacement = memory;
+    if (!(pair.r2 < 4.0 * radius * radius)) return;
+    const auto law = contact_law({hardness * young, hardness * shear, damping_factor(restitution),
+                                  sliding, rolling_friction});
+    const auto contact = contact_of(pair);
+    const auto force = contact_force(contact, law, terms, dt, true);
+    memory = force.displacement;
+    const EvaluatedContact evaluated(contact, force);
+    evaluated.add_loads_on_i(i.loads);
+    evaluated.add_loads_on_j(j.loads);
+    stored = {evaluated.normal_energy(), evaluated.tangential_energy()};
+    slip += evaluated.slip_work();
     touched += dt;
   }
 
@@ -225,30 +230,31 @@ TEST(ContactEnergy, LoadsByKindAddUpToForceAndTorques)
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const auto some = [&](double scale) {
-    return Triple<double>{scale * normal(random), scale * normal(random), scale * normal(random)};
+    return Vector3<double>{scale * normal(random), scale * normal(random), scale * normal(random)};
   };
   for (int k = 0; k < 50; ++k) {
-    BallTouch<double> touch{{0.7 * 0.034, 0.0, 0.7 * 0.034},
-                            0.98 * 0.034 * 0.034,
-                            0.02,
-                            0.015,
-                            0.09,
-                            0.04,
-                            some(0.3),
-                            some(10.0),
-                            some(10.0),
-                            some(k % 2 ? 1e-4 : 1e-6),
-                            0.4};
-    BallTerms terms;
-    terms.bounded = k % 3 == 0;
-    const auto law = ball_law(young, shear, 0.5, 0.4, 0.01);
-    const auto forces = ball_force(touch, law, terms, 1e-5, true);
-    const EnergyOfContact contact = energy_of(forces);
+    BallPair<double> pair{{0.7 * 0.034, 0.0, 0.7 * 0.034},
+                          0.98 * 0.034 * 0.034,
+                          0.02,
+                          0.015,
+                          0.09,
+                          0.04,
+                          some(0.3),
+                          some(10.0),
+                          some(10.0),
+                          some(k % 2 ? 1e-4 : 1e-6),
+                          0.4};
+    ContactTerms terms;
+    terms.limited_damping = k % 3 == 0;
+    const auto contact = contact_of(pair);
+    const auto forces =
+        contact_force(contact, contact_law({young, shear, 0.5, 0.4, 0.01}), terms, 1e-5, true);
+    const EvaluatedContact evaluated(contact, forces);
     Loads on_i{}, on_j{};
-    add_loads(contact, 1.0, forces.parts.lever_i, on_i);
-    add_loads(contact, -1.0, forces.parts.lever_j, on_j);
-    const Vector f = vector_of(forces.force), ti = vector_of(forces.torque_i),
-                 tj = vector_of(forces.torque_j);
+    evaluated.add_loads_on_i(on_i);
+    evaluated.add_loads_on_j(on_j);
+    const Vector f = to_array(forces.force), ti = to_array(forces.torque_i),
+                 tj = to_array(forces.torque_j);
     for (int d = 0; d < 3; ++d) {
       double sum[4] = {};
       for (int w = 0; w < works; ++w) {
@@ -263,46 +269,60 @@ TEST(ContactEnergy, LoadsByKindAddUpToForceAndTorques)
       EXPECT_NEAR(sum[3], tj[d], 1e-12 * size_of(tj));
     }
     // The spring's part is the spring's, so what else there is is the dashpot's, divided or not.
-    const Vector memory = vector_of(forces.displacement);
+    const Vector memory = to_array(forces.displacement);
     for (int d = 0; d < 3; ++d)
-      EXPECT_NEAR(on_i[tangential_spring][d], -contact.stiffness * memory[d], 1e-12 * size_of(f));
+      EXPECT_NEAR(on_i[tangential_spring][d], -forces.tangential_stiffness * memory[d],
+                  1e-12 * size_of(f));
     // What slips is not damped.
-    EXPECT_TRUE(forces.parts.slipped == 0.0 || size_of(contact.damped) == 0.0);
+    EXPECT_TRUE(forces.slip == 0.0 || size_of(to_array(forces.tangential_damping_force)) == 0.0);
   }
 }
 
 TEST(ContactEnergy, OfAWallIsThatOfItsForce)
 {
-  const Pair pair{radius, mass, young, shear, 0.5};
+  const auto law = contact_law({young, shear, 0.5, 0.3, 0.01});
   for (const double along : {1e-6, 1e-3}) {  // sticks, slides
-    WallTouch touch{radius, 4e-4, {0.0, 1.0, 0.0}, {0.2, -0.1, 0.05}, {3.0, 20.0, -8.0}};
-    Vector memory{along, 0.0, 0.0};
-    const ForceAndTorque on_ball = wall_force(pair, {0.3, 0.01}, touch, 1e-5, memory);
-    const EnergyOfContact contact = energy_of(touch, on_ball, memory);
+    const auto contact = contact_of(BallOnWall{{0.0, 1.0, 0.0},
+                                               4e-4,
+                                               radius,
+                                               mass,
+                                               {0.2, -0.1, 0.05},
+                                               {3.0, 20.0, -8.0},
+                                               {along, 0.0, 0.0},
+                                               0.0});
+    const auto on_ball = contact_force(contact, law, {}, 1e-5, true);
+    const EvaluatedContact evaluated(contact, on_ball);
     Loads loads{};
-    add_loads(contact, 1.0, on_ball.parts.lever, loads);
+    evaluated.add_loads_on_i(loads);
+    const Vector of_force = to_array(on_ball.force), of_torque = to_array(on_ball.torque_i);
     for (int d = 0; d < 3; ++d) {
       double force = 0.0, torque = 0.0;
       for (const Load& load : loads) {
         force += load[d];
         torque += load[3 + d];
       }
-      EXPECT_NEAR(force, on_ball.force[d], 1e-12 * size_of(on_ball.force));
-      EXPECT_NEAR(torque, on_ball.torque[d], 1e-12 * size_of(on_ball.torque));
+      EXPECT_NEAR(force, of_force[d], 1e-12 * size_of(of_force));
+      EXPECT_NEAR(torque, of_torque[d], 1e-12 * size_of(of_torque));
     }
     const double a = std::sqrt(radius * 4e-4);
-    EXPECT_NEAR(contact.stored_in_normal_spring(), 2.0 / 5.0 * 4.0 / 3.0 * young * a * 4e-4 * 4e-4,
-                1e-12);
-    EXPECT_NEAR(contact.stored_in_tangential_spring(), 0.5 * 8.0 * shear * a * dot(memory, memory),
-                1e-15);
-    EXPECT_EQ(contact.slip() > 0.0, along == 1e-3);
+    EXPECT_NEAR(evaluated.normal_energy(), 2.0 / 5.0 * 4.0 / 3.0 * young * a * 4e-4 * 4e-4, 1e-12);
+    EXPECT_NEAR(evaluated.tangential_energy(),
+                0.5 * 8.0 * shear * a * dot(on_ball.displacement, on_ball.displacement), 1e-15);
+    EXPECT_EQ(evaluated.slip_work() > 0.0, along == 1e-3);
   }
 }
 
 TEST(ContactEnergy, OfAnApproachIsThatOfTheNormalSpeedAndNoneWhenTheyPart)
 {
-  EXPECT_DOUBLE_EQ(approach_energy(0.045, -2.0), 0.09);
-  EXPECT_EQ(approach_energy(0.045, 2.0), 0.0);
+  const auto approach = [](double normal_speed) {
+    Contact<double> contact{};
+    contact.normal = {0.0, 1.0, 0.0};
+    contact.velocity = {3.0, normal_speed, -1.0};
+    contact.mass = 0.045;
+    return EvaluatedContact(contact, {}).approach_energy();
+  };
+  EXPECT_DOUBLE_EQ(approach(-2.0), 0.09);
+  EXPECT_EQ(approach(2.0), 0.0);
 }
 
 }  // namespace

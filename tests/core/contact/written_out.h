@@ -2,22 +2,22 @@
 
 #include <cmath>
 
-#include "core/contact/ball_force.h"
+#include "core/contact/contact_force.h"
 #include "core/contact/hertz_mindlin.h"
 #include "core/math/vector.h"
 
 /// The force of two balls written out from the text of the law, sharing no formula with
-/// `contact::ball_force`: stiffness and damping from `coefficients`, surface velocities and torques
-/// from the levers to the point of contact.
+/// `contact::contact_force`: stiffness and damping from `coefficients`, surface velocities and
+/// torques from the levers to the point of contact.
 namespace written_out {
 
 using millscale::cross;
 using millscale::dot;
 using millscale::Vector;
 
-inline Vector vector(const millscale::contact::Triple<double>& a)
+inline Vector vector(const millscale::Vector3<double>& a)
 {
-  return {a.x, a.y, a.z};
+  return millscale::to_array(a);
 }
 inline Vector sum(const Vector& a, double factor, const Vector& b)
 {
@@ -32,25 +32,22 @@ inline double size(const Vector& a)
   return std::sqrt(dot(a, a));
 }
 
-/// Materials in contact: effective moduli [Pa], damping factor [-], friction [-].
-struct Law {
-  double youngs_modulus, shear_modulus, damping, sliding, rolling;
-};
-
 struct Forces {
   Vector force, torque_i, torque_j, displacement;
   double damping = 0.0;
 };
 
-inline Forces ball_force(const millscale::contact::BallTouch<double>& touch, const Law& law,
-                         const millscale::contact::BallTerms& terms, double dt, bool advance)
+inline Forces pair_force(const millscale::contact::BallPair<double>& touch,
+                         const millscale::contact::EffectiveMaterial& law,
+                         const millscale::contact::ContactTerms& terms, double dt, bool advance)
 {
   const double ri = touch.radius_i, rj = touch.radius_j, mi = touch.mass_i, mj = touch.mass_j;
   const millscale::contact::Pair pair{1.0 / (1.0 / ri + 1.0 / rj), 1.0 / (1.0 / mi + 1.0 / mj),
                                       law.youngs_modulus, law.shear_modulus, law.damping};
-  const Vector apart = vector(touch.apart), wi = vector(touch.spin_i), wj = vector(touch.spin_j);
-  const double distance = size(apart), overlap = ri + rj - distance;
-  const Vector normal = sum({}, 1.0 / distance, apart);
+  const Vector separation = vector(touch.separation), wi = vector(touch.spin_i),
+               wj = vector(touch.spin_j);
+  const double distance = size(separation), overlap = ri + rj - distance;
+  const Vector normal = sum({}, 1.0 / distance, separation);
   const auto k = coefficients(pair, overlap);
 
   // From each centre to the middle of the overlap.
@@ -71,7 +68,7 @@ inline Forces ball_force(const millscale::contact::BallTouch<double>& touch, con
     if (spring <= coulomb) {
       tangential = sum({}, -k.tangential_stiffness, memory);
       if (terms.tangential_damping) sticking = k.tangential_damping;
-      const double divisor = terms.bounded ? 1.0 + touch.held : 1.0;
+      const double divisor = terms.limited_damping ? 1.0 + touch.damping_share : 1.0;
       tangential = sum(tangential, -sticking / divisor, sliding);
     } else {
       tangential = sum({}, -coulomb / size(memory), memory);

@@ -13,10 +13,10 @@ namespace contact = millscale::contact;
 inline constexpr double dt = 1e-5;
 
 /// Materials of two types, each pair of types unlike the others.
-inline const std::vector<written_out::Law> materials{{3.3e7, 7.0e6, 0.59, 0.5, 0.010},
-                                                     {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
-                                                     {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
-                                                     {1.2e8, 4.0e7, 0.22, 0.7, 0.005}};
+inline const std::vector<contact::EffectiveMaterial> materials{{3.3e7, 7.0e6, 0.59, 0.5, 0.010},
+                                                               {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
+                                                               {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
+                                                               {1.2e8, 4.0e7, 0.22, 0.7, 0.005}};
 
 /// Whether it is a kernel of `kernels` that takes the place of a level's own.
 inline bool is_mixed(const Kernel& kernel)
@@ -30,7 +30,7 @@ struct Step {
   HalfList list;
   std::vector<std::array<double, 3>> force, torque;
   std::vector<double> damping;  ///< of each ball, one step earlier
-  contact::BallTerms terms;
+  contact::ContactTerms terms;
   bool advance = true, forget_apart = true;
 
   explicit Step(const Cloud& c, double gap = 0.005) : cloud(c)
@@ -64,10 +64,8 @@ struct Step {
   /// With `sums`, the plain kernel writes the account of energy into them.
   void with(const Kernel& kernel, millscale::ledger::PairSums* sums = nullptr)
   {
-    std::vector<contact::BallLaw<double>> laws;
-    for (const auto& m : materials)
-      laws.push_back(
-          contact::ball_law(m.youngs_modulus, m.shear_modulus, m.damping, m.sliding, m.rolling));
+    std::vector<contact::ContactLaw<double>> laws;
+    for (const auto& m : materials) laws.push_back(contact::contact_law(m));
     RowStore store;
     const Rows rows = store.for_balls(cloud.all(), is_mixed(kernel) && !sums);
     const Task task{cloud.view(),
@@ -110,10 +108,10 @@ struct Step {
     for (int i = 0; i < cloud.owned(); ++i)
       for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry)
         naive_pair(i, list.other[entry], entry, sums);
-    if (terms.bounded && advance) std::copy_n(sums.begin(), cloud.owned(), damping.begin());
+    if (terms.limited_damping && advance) std::copy_n(sums.begin(), cloud.owned(), damping.begin());
   }
 
-  double held(int i) const { return dt * damping[i] / cloud.mass[i]; }
+  double damping_share(int i) const { return dt * damping[i] / cloud.mass[i]; }
 
   void naive_pair(int i, int j, int entry, std::vector<double>& sums)
   {
@@ -126,21 +124,19 @@ struct Step {
       std::fill_n(memory, 3, 0.0);
       return;
     }
-    const auto triple = [](const millscale::Vector& a) {
-      return contact::Triple<double>{a[0], a[1], a[2]};
-    };
-    const auto got = written_out::ball_force(
-        {triple(sum(cloud.position[i], -1.0, cloud.position[j])),
+    using millscale::vector3;
+    const auto got = written_out::pair_force(
+        {vector3(sum(cloud.position[i], -1.0, cloud.position[j])),
          square,
          cloud.radius[i],
          cloud.radius[j],
          cloud.mass[i],
          cloud.mass[j],
-         triple(sum(cloud.velocity[i], -1.0, cloud.velocity[j])),
-         triple(cloud.spin[i]),
-         triple(cloud.spin[j]),
+         vector3(sum(cloud.velocity[i], -1.0, cloud.velocity[j])),
+         vector3(cloud.spin[i]),
+         vector3(cloud.spin[j]),
          {memory[0], memory[1], memory[2]},
-         held(i) + held(j)},
+         damping_share(i) + damping_share(j)},
         materials[(cloud.type[i] - 1) * 2 + cloud.type[j] - 1], terms, dt, advance);
     list.touching[entry] = 1;
     std::copy_n(got.displacement.begin(), 3, memory);

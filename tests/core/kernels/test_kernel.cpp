@@ -113,7 +113,7 @@ TEST(Kernel, BoundsTheDampingByThatOfTheStepBefore)
     Step free(random_cloud({150, 0.2}, 4));
     free.terms.rolling = false;
     Step bounded = free, again = free;
-    bounded.terms.bounded = again.terms.bounded = true;
+    bounded.terms.limited_damping = again.terms.limited_damping = true;
     std::fill(bounded.damping.begin(), bounded.damping.end(), 0.0);
     for (Step* step : {&free, &bounded, &again}) step->with(kernel);
     EXPECT_EQ(bounded.force, free.force) << "without damping before there is nothing to bound";

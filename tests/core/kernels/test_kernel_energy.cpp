@@ -18,7 +18,7 @@ TEST(KernelAccount, ChangesNoForceAndNoMemory)
 {
   for (const bool bounded : {false, true}) {
     Step plain = mixed(15), account = mixed(15);
-    plain.terms.bounded = account.terms.bounded = bounded;
+    plain.terms.limited_damping = account.terms.limited_damping = bounded;
     PairSums sums;
     plain.with(kernel(2));
     account.with(kernel(2), &sums);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "core/contact/wall_force.h"
+#include "core/contact/contact_force.h"
+#include "core/contact/hertz_mindlin.h"
 
 namespace {
 
@@ -10,6 +11,31 @@ using millscale::Vector;
 
 const Material ball_material{5.98e7, 0.3, 2678.0};
 constexpr double ball_radius = 0.02;
+
+/// Coefficients of friction [-].
+struct Friction {
+  double sliding, rolling;
+};
+
+struct Touch {
+  double overlap;
+  Vector normal, velocity, spin;
+};
+
+/// Force of a flat wall on the ball; advances the tangential displacement by dt, or leaves it as it
+/// is with dt = 0.
+ContactForce<double> wall_force(const Pair& pair, const Friction& friction, const Touch& touch,
+                                double dt, Vector& displacement)
+{
+  const auto law = contact_law(
+      {pair.youngs_modulus, pair.shear_modulus, pair.damping, friction.sliding, friction.rolling});
+  const auto force =
+      contact_force(contact_of(BallOnWall{touch.normal, touch.overlap, pair.radius, pair.mass,
+                                          touch.velocity, touch.spin, displacement, 0.0}),
+                    law, {}, dt, dt > 0.0);
+  displacement = millscale::to_array(force.displacement);
+  return force;
+}
 
 struct Impact {
   Vector velocity, spin;
@@ -31,21 +57,23 @@ Impact impact(double restitution, const Friction& friction, double speed, double
   const double inertia = 0.4 * pair.mass * ball_radius * ball_radius;
   Vector v{speed * std::sin(incidence), -speed * std::cos(incidence), 0.0}, w{}, memory{};
   double height = ball_radius;
-  ForceAndTorque on_ball;
+  Vector force{}, torque{};
   Impact result{{}, {}, 0.0};
   const double before = kinetic(pair, v, w);
   for (int step = 0; step < 10'000'000; ++step) {
     for (int d = 0; d < 3; ++d) {
-      v[d] += 0.5 * dt * on_ball.force[d] / pair.mass;
-      w[d] += 0.5 * dt * on_ball.torque[d] / inertia;
+      v[d] += 0.5 * dt * force[d] / pair.mass;
+      w[d] += 0.5 * dt * torque[d] / inertia;
     }
     height += dt * v[1];
     if (height >= ball_radius) break;
-    on_ball = wall_force(pair, friction, {ball_radius, ball_radius - height, {0.0, 1.0, 0.0}, v, w},
-                         dt, memory);
+    const auto on_ball =
+        wall_force(pair, friction, {ball_radius - height, {0.0, 1.0, 0.0}, v, w}, dt, memory);
+    force = millscale::to_array(on_ball.force);
+    torque = millscale::to_array(on_ball.torque_i);
     for (int d = 0; d < 3; ++d) {
-      v[d] += 0.5 * dt * on_ball.force[d] / pair.mass;
-      w[d] += 0.5 * dt * on_ball.torque[d] / inertia;
+      v[d] += 0.5 * dt * force[d] / pair.mass;
+      w[d] += 0.5 * dt * torque[d] / inertia;
     }
     result.largest_energy = std::max(result.largest_energy, kinetic(pair, v, w) / before);
   }
@@ -54,14 +82,14 @@ Impact impact(double restitution, const Friction& friction, double speed, double
   return result;
 }
 
-TEST(WallForce, RestitutionIsAsRequested)
+TEST(WallContact, RestitutionIsAsRequested)
 {
   // First order in dt: at a two-thousandth of the impact's duration the error is below 1e-3.
   for (double e : {0.1, 0.2, 0.5, 0.8, 1.0})
     EXPECT_NEAR(impact(e, {0.0, 0.0}, 3.9, 0.0, 2e-6).velocity[1] / 3.9, e, 2e-3) << e;
 }
 
-TEST(WallForce, ElasticImpactReachesHertzOverlapAndDuration)
+TEST(WallContact, ElasticImpactReachesHertzOverlapAndDuration)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 1.0);
   const double dt = 1e-6, speed = 2.0;
@@ -72,9 +100,8 @@ TEST(WallForce, ElasticImpactReachesHertzOverlapAndDuration)
     v[1] += 0.5 * dt * force / pair.mass;
     height += dt * v[1];
     if (height >= ball_radius) break;
-    force = wall_force(pair, {0.0, 0.0}, {ball_radius, ball_radius - height, {0, 1, 0}, v, {}}, dt,
-                       memory)
-                .force[1];
+    force =
+        wall_force(pair, {0.0, 0.0}, {ball_radius - height, {0, 1, 0}, v, {}}, dt, memory).force.y;
     v[1] += 0.5 * dt * force / pair.mass;
     deepest = std::max(deepest, ball_radius - height);
     time += dt;
@@ -83,7 +110,7 @@ TEST(WallForce, ElasticImpactReachesHertzOverlapAndDuration)
   EXPECT_NEAR(time / hertz_collision_time(pair, speed), 1.0, 1e-3);
 }
 
-TEST(WallForce, KineticEnergyNeverRisesAtAnyIncidence)
+TEST(WallContact, KineticEnergyNeverRisesAtAnyIncidence)
 {
   const double degree = std::acos(-1.0) / 180.0;
   for (double e : {0.2, 0.98})
@@ -95,7 +122,7 @@ TEST(WallForce, KineticEnergyNeverRisesAtAnyIncidence)
       }
 }
 
-TEST(WallForce, GrossSlidingFollowsTheClosedForm)
+TEST(WallContact, GrossSlidingFollowsTheClosedForm)
 {
   // v_t'/v_t = 1 - mu (1 + e) cot(theta), omega' = -(5/2) mu (1 + e) v_n / R (rigid-body impulse).
   const double mu = 0.092, e = 1.0, theta = 70.0 * std::acos(-1.0) / 180.0, speed = 3.9;
@@ -110,26 +137,26 @@ TEST(WallForce, GrossSlidingFollowsTheClosedForm)
   EXPECT_GT(std::abs(after.spin[2]) / spin, shortest - 1e-3);
 }
 
-TEST(WallForce, RollingFrictionOpposesTheSpinAndIgnoresTwist)
+TEST(WallContact, RollingFrictionOpposesTheSpinAndIgnoresTwist)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 0.2);
   Vector memory{};
   const double overlap = 1e-4;
-  const WallTouch rolling{ball_radius, overlap, {0, 1, 0}, {0, 0, 0}, {0, 0, 3.0}};
+  const Touch rolling{overlap, {0, 1, 0}, {0, 0, 0}, {0, 0, 3.0}};
   const double elastic = coefficients(pair, overlap).normal_stiffness * overlap;
-  const Vector without = wall_force(pair, {0.0, 0.0}, rolling, 1e-5, memory).torque;
-  const Vector with = wall_force(pair, {0.0, 0.01}, rolling, 1e-5, memory).torque;
-  EXPECT_NEAR(with[2] - without[2], -0.01 * elastic * ball_radius, 1e-12 * elastic);
+  const auto without = wall_force(pair, {0.0, 0.0}, rolling, 1e-5, memory).torque_i;
+  const auto with = wall_force(pair, {0.0, 0.01}, rolling, 1e-5, memory).torque_i;
+  EXPECT_NEAR(with.z - without.z, -0.01 * elastic * ball_radius, 1e-12 * elastic);
 
-  const WallTouch twisting{ball_radius, overlap, {0, 1, 0}, {0, 0, 0}, {0, 3.0, 0}};
-  const Vector twist = wall_force(pair, {0.5, 0.01}, twisting, 1e-5, memory).torque;
-  EXPECT_NEAR(twist[1], 0.0, 1e-15);
+  const Touch twisting{overlap, {0, 1, 0}, {0, 0, 0}, {0, 3.0, 0}};
+  const auto twist = wall_force(pair, {0.5, 0.01}, twisting, 1e-5, memory).torque_i;
+  EXPECT_NEAR(twist.y, 0.0, 1e-15);
 }
 
-TEST(WallForce, AtSetUpTheMemoryIsUsedAndNotChanged)
+TEST(WallContact, AtSetUpTheMemoryIsUsedAndNotChanged)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 0.2);
-  const WallTouch sliding{ball_radius, 1e-4, {0, 1, 0}, {0.3, 0, 0}, {}};
+  const Touch sliding{1e-4, {0, 1, 0}, {0.3, 0, 0}, {}};
   Vector memory{-2e-6, 0.0, 0.0};
   const Vector before = memory;
   wall_force(pair, {0.5, 0.0}, sliding, 0.0, memory);
@@ -138,13 +165,12 @@ TEST(WallForce, AtSetUpTheMemoryIsUsedAndNotChanged)
   EXPECT_NE(memory, before);
 }
 
-TEST(WallForce, SlidingForceIsCoulombs)
+TEST(WallContact, SlidingForceIsCoulombs)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 1.0);
   Vector memory{1e-3, 0.0, 0.0};  // far beyond the limit
-  const ForceAndTorque on_ball =
-      wall_force(pair, {0.5, 0.0}, {ball_radius, 1e-4, {0, 1, 0}, {1, 0, 0}, {}}, 1e-6, memory);
-  EXPECT_NEAR(on_ball.force[0], -0.5 * on_ball.force[1], 1e-12 * on_ball.force[1]);
+  const auto on_ball = wall_force(pair, {0.5, 0.0}, {1e-4, {0, 1, 0}, {1, 0, 0}, {}}, 1e-6, memory);
+  EXPECT_NEAR(on_ball.force.x, -0.5 * on_ball.force.y, 1e-12 * on_ball.force.y);
 }
 
 }  // namespace
