@@ -13,7 +13,7 @@ namespace millscale::contact {
 /// gains energy from its dashpots, and beyond y = 2/7 a speed changes its sign from step to step.
 /// Divided, the dashpots take at most 7/2 y / (1 + y): the second limit is reached at y = 2/5, the
 /// first at y = 4/3. The divisor goes to 1 with dt, so the converged motion stays the same.
-/// `damping_time_step_limit` gives the larger step, docs/theory/time-step.md what was measured.
+/// `damping_time_step_limit` gives the larger step, docs/results/time-step.md what was measured.
 /// Derived here.
 [[gnu::always_inline]] inline double damping_share(double damping, double mass, double dt)
 {
