@@ -48,7 +48,9 @@ def test_dry_run_sees_which_cases_a_campaign_edit_changes(finished):
         (("--time-limit", "-5"), "--time-limit: got -5; accepted: 0.1 to 1e+09 s"),
         (("--time-limit", "0"), "--time-limit: got 0; accepted: 0.1 to 1e+09 s"),
         (("--ranks", "99999"), "needs 99999 cores, this machine offers"),
-        (("--profile", "."), "--profile: without --slurm"),
+        (("--profile", "."), "--profile: got one without a batch system"),
+        (("--target", "slum"), "--target: got slum, nearest is slurm; accepted: local, slurm"),
+        (("--target", "slurm", "--profile", "x"), "--profile: no config.yaml in x"),
         (("--slurm", "--profile", "nowhere"), "--profile: no config.yaml in nowhere"),
     ],
 )
@@ -69,7 +71,7 @@ def test_times_of_status_are_times(finished, option, seconds):
 
 def test_a_machine_without_slurm_says_what_is_missing(millscale):
     done = millscale("run", "--slurm", PATH="")
-    assert done.returncode == 2 and "millscale run: --slurm: " in done.stderr
+    assert done.returncode == 2 and "millscale run: --target slurm: " in done.stderr
     assert "no sbatch on the PATH" in done.stderr or "millscale[slurm]" in done.stderr
     assert not millscale.runs.exists()
 

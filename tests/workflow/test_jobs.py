@@ -11,8 +11,10 @@ import pytest
 
 from millscale.cases.cost import BUILT_IN
 from millscale.engine.machine import Allocation, CoreWish
-from millscale.workflow.jobs import CLUSTER_JOB_S, LEAST_TIME_S, jobs_of, read_jobs, write_jobs
+from millscale.workflow.jobs import LEAST_TIME_S, jobs_of, read_jobs, write_jobs
 from millscale.workflow.placement import place
+from millscale.workflow.targets import Local, Slurm
+from millscale.workflow.targets.batch_system import SHARED_JOB_S
 from paper_campaign import MULTI_BALL, cases
 from small_campaign import CHARGE, SINGLE_BALLS
 
@@ -25,42 +27,42 @@ def shared(some, jobs=2):
 
 def test_every_case_is_in_one_job(tmp_path):
     some = cases(tmp_path, **MANY)
-    made = jobs_of(some, shared(some), BUILT_IN)
+    made = jobs_of(some, shared(some), BUILT_IN, Local().shared_job_s)
     assert sorted(x for job in made for x in job.cases) == sorted(case.id for case in some)
     assert len({job.name for job in made}) == len(made)
 
 
 def test_small_cases_share_jobs_enough_to_keep_the_cores_busy(tmp_path):
     some = cases(tmp_path, **MANY)
-    made = jobs_of(some, shared(some), BUILT_IN)
+    made = jobs_of(some, shared(some), BUILT_IN, Local().shared_job_s)
     assert 8 <= len(made) <= 12
     times = [job.time_s for job in made]
     assert times == sorted(times, reverse=True)
-    assert len(jobs_of(some, shared(some), BUILT_IN, cluster=True)) == 1
+    assert len(jobs_of(some, shared(some), BUILT_IN, Slurm().shared_job_s)) == 1
 
 
 def test_large_cases_and_those_of_several_ranks_have_jobs_of_their_own(tmp_path):
     some = cases(tmp_path, **MULTI_BALL, single_ball__rotation_angle_rad=5e4)
     mills = [case for case in some if case.kind == "multi-ball"]
     allocation = Allocation({x.id: 2 if x in mills else 1 for x in some}, 4, 4)
-    for job in jobs_of(some, allocation, BUILT_IN, cluster=True):
+    for job in jobs_of(some, allocation, BUILT_IN, Slurm().shared_job_s):
         assert len(job.cases) == 1 and job.name == job.cases[0]
         assert job.ranks == allocation.ranks[job.name]
 
 
 def test_a_cluster_is_asked_for_twice_the_time_and_ten_minutes_at_least(tmp_path):
     some = cases(tmp_path, **MULTI_BALL, single_ball__rotation_angle_rad=5e4)
-    made = jobs_of(some, place(some, CoreWish(jobs=1)), BUILT_IN, cluster=True)
+    made = jobs_of(some, place(some, CoreWish(jobs=1)), BUILT_IN, Slurm().shared_job_s)
     assert min(job.minutes for job in made) == LEAST_TIME_S / 60
     longest = made[0]
-    assert longest.time_s > CLUSTER_JOB_S
+    assert longest.time_s > SHARED_JOB_S
     # Whole minutes.
     assert 2 * longest.time_s / 60 <= longest.minutes <= 2 * longest.time_s / 60 + 1
 
 
 def test_jobs_are_read_as_written_and_those_of_earlier_runs_are_gone(tmp_path):
     some = cases(tmp_path, **MANY)
-    made = jobs_of(some, shared(some), BUILT_IN)
+    made = jobs_of(some, shared(some), BUILT_IN, Local().shared_job_s)
     early = write_jobs(tmp_path, made[:1])
     early.parent.rename(early.parent.with_name("an-earlier-run"))
     file = write_jobs(tmp_path, made)

@@ -9,7 +9,7 @@ from millscale.cases.cost import wall_time
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError
 from millscale.workflow import placement
-from millscale.workflow.placement import campaign_time, makespan, place, place_on_cluster
+from millscale.workflow.placement import campaign_time, makespan, place, ranks_on_nodes
 from paper_campaign import cases
 
 
@@ -102,13 +102,14 @@ def test_single_balls_run_on_one_rank_whatever_is_asked(tmp_path):
 
 def test_on_a_cluster_a_case_takes_the_ranks_that_are_worth_it(tmp_path):
     mills = charges(tmp_path, [1.0, 2.6], [231461, 13370])
-    ranks = place_on_cluster(mills, CoreWish(), CoreWish(), 64).ranks
+    ranks = ranks_on_nodes(mills, None, 64)
     large, small = (ranks[x.id] for x in mills)
     assert large > small > 1
     for case in mills:
         gain = wall_time(case, 1) / wall_time(case, ranks[case.id])
         assert gain >= 0.6 * ranks[case.id]
-    assert max(place_on_cluster(mills, CoreWish(), CoreWish(), 2).ranks.values()) == 2
+    assert max(ranks_on_nodes(mills, None, 2).values()) == 2
+    assert set(ranks_on_nodes(mills, 3, 64).values()) == {3}
 
 
 def test_a_makespan_is_between_its_bounds_and_never_uses_more_cores_than_there_are():

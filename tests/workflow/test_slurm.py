@@ -16,13 +16,13 @@ from pathlib import Path
 import pytest
 import slurm_node
 
-from millscale.workflow.targets.slurm import PLUGIN
+from millscale.workflow.targets import Slurm
 from small_campaign import CHARGE, SINGLE_BALLS
 from small_command import Millscale, small
 
 MISSING = [
     *slurm_node.missing(),
-    *([] if importlib.util.find_spec(PLUGIN) else [PLUGIN]),
+    *([] if importlib.util.find_spec(Slurm.plugin) else [Slurm.plugin]),
 ]
 pytestmark = pytest.mark.skipif(
     bool(MISSING), reason=f"no {', '.join(MISSING)}: apt-get install slurmctld slurmd munge"
@@ -87,7 +87,7 @@ def test_a_campaign_runs_on_slurm_with_ranks_memory_and_time_of_each_case(on_slu
         assert job["JobState"] == "COMPLETED"
         assert job["TimeLimit"] == "00:10:00"
         assert 500 < int(job["MinMemoryNode"].removesuffix("M")) < 1000
-    assert f"Slurm: {CHARGE}: 10 min asked" in output and "2 cores" in output
+    assert f"Slurm: {CHARGE}: 10 min requested" in output and "2 cores" in output
     timing = json.loads((on_slurm.command.case(CHARGE) / "timing.json").read_text())
     assert timing["hardware"]["cores"] >= 1
     # Nothing is left to do.

@@ -32,6 +32,7 @@ from millscale.cli.options import (
     RunsOption,
     Slurm,
     StartOver,
+    TargetName,
     TimeLimit,
     check_seconds,
     console_of,
@@ -155,6 +156,7 @@ def run(
     time_limit: TimeLimit = None,
     ignore_disk: IgnoreDisk = False,
     start_over: StartOver = False,
+    target: TargetName = "local",
     slurm: Slurm = False,
     profile: Profile = None,
 ) -> None:
@@ -171,20 +173,18 @@ def run(
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
     from millscale.workflow.run_command import (
-        Cluster,
         check_free_disk,
         dry_run_campaign,
         request,
         run_campaign,
     )
+    from millscale.workflow.targets import target_named
 
     if time_limit is not None:
         check_seconds("run", "--time-limit", time_limit)
-    if profile and not slurm:
-        raise CampaignError("millscale run", "--profile", "without --slurm", "both, or neither")
-    cluster = Cluster(profile) if slurm else None
+    place = target_named("slurm" if slurm else target, profile)
     cores = CoreWish(ranks, jobs, oversubscribe)
-    asked = request(file, runs, only or [], cores, cluster, start_over)
+    asked = request(file, runs, only or [], cores, place, start_over)
     if dry_run:
         typer.echo(dry_run_campaign(asked))
         return

@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from millscale.errors import CampaignError
+from millscale.workflow.targets import TARGETS
 
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
@@ -72,13 +73,17 @@ StartOver = Annotated[
         "--start-over", help="Begin stages that ended early anew, on any number of ranks."
     ),
 ]
+_PLACES = ", ".join(f"{name} ({target.about})" for name, target in TARGETS.items())
+TargetName = Annotated[
+    str, typer.Option("--target", metavar="NAME", help=f"Where the cases run: {_PLACES}.")
+]
 Slurm = Annotated[
-    bool, typer.Option("--slurm", help="Run the cases as jobs of Slurm; see docs/guide/slurm.md.")
+    bool, typer.Option("--slurm", help="Short for --target slurm; see docs/guide/slurm.md.")
 ]
 Profile = Annotated[
     Path | None,
     typer.Option(
-        metavar="DIR", help="With --slurm: folder with config.yaml of the site, as profiles/slurm."
+        metavar="DIR", help="Folder with config.yaml of a cluster, such as profiles/slurm."
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]

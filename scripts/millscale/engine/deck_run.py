@@ -19,6 +19,9 @@ from millscale.errors import CampaignError, EngineError
 
 ENGINE = "liggghts_mill"
 ENGINE_VARIABLE = "MILLSCALE_ENGINE"
+# Open MPI reads these to learn the nodes of a batch job. The engine runs on the node it is
+# started on, and what the variables say of it differs by site.
+_BATCH_VARIABLES = ("SLURM_", "PBS_", "LSB_", "PE_HOSTFILE", "PMI_", "PMIX_")
 _GRACE_S = 10.0
 
 
@@ -147,8 +150,7 @@ def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
 
 
 def engine_environment() -> dict[str, str]:
-    # A job of Slurm is one node: what MPI would read there is about steps, and differs by site.
-    own = {k: v for k, v in os.environ.items() if not k.startswith(("SLURM_", "PMI_", "PMIX_"))}
+    own = {k: v for k, v in os.environ.items() if not k.startswith(_BATCH_VARIABLES)}
     environment = {**own, "OMP_NUM_THREADS": "1"}
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from millscale.runs.untrusted import read_tail
+from millscale.workflow.targets import TARGETS
 
 UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "time out"
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
@@ -53,6 +54,11 @@ class Cause:
     advice: str
 
 
+def _any(*expressions: str) -> str:
+    """Return a regular expression that finds any of those that are not empty."""
+    return "|".join(filter(None, expressions))
+
+
 # The Debian packages of what the gmsh wheel links to (scripts/setup installs them).
 _LIBRARIES = {
     "libGLU": "libglu1-mesa",
@@ -90,13 +96,19 @@ CAUSES = (
     ),
     Cause(
         MEMORY,
-        r"std::bad_alloc|Failed to (re)?allocate|Cannot allocate memory|MemoryError"
-        r"|[Oo]ut [Oo]f [Mm]emory|oom.kill|Unable to allocate",
+        _any(
+            r"std::bad_alloc|Failed to (re)?allocate|Cannot allocate memory|MemoryError"
+            r"|[Oo]ut [Oo]f [Mm]emory|Unable to allocate",
+            *(target.memory_message for target in TARGETS.values()),
+        ),
         "run fewer cases at a time (--jobs), a shorter slice_length_m, or ask for more memory",
     ),
     Cause(
         TIME_OUT,
-        r"DUE TO TIME LIMIT|longer than the time limit",
+        _any(
+            r"longer than the time limit",
+            *(target.time_limit_message for target in TARGETS.values()),
+        ),
         "allow more time (--time-limit), or more ranks; millscale plan predicts the time",
     ),
     *(

@@ -6,7 +6,7 @@ import math
 import os
 import shutil
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -19,16 +19,10 @@ from millscale.runs.writing import write_json
 
 JOBS_FOLDER = ".jobs"
 JOBS_FILE = "jobs.json"
-# A job starts Snakemake's shell and Python anew, for one to two seconds: small cases share one
-# until it takes about a minute, or on a cluster, where a job also waits in a queue, a quarter of
-# an hour. Four jobs for each place keep the places busy to the end.
-LOCAL_JOB_S = 60.0
-CLUSTER_JOB_S = 900.0
-JOBS_PER_PLACE = 4
 # Stages without the engine: mesh, decks, analysis [s per case].
 STAGES_S = 0.2
-# Time asked of a cluster over the time predicted, and the least [s]: nodes differ, and a job that
-# reaches its limit has to be queued again.
+# Time requested of a batch system over the time predicted, and the least [s]: nodes differ, and a
+# job that reaches its limit has to be queued again.
 TIME_MARGIN = 2.0
 LEAST_TIME_S = 600.0
 _REMEDY = "written by: millscale run FILE --runs DIR"
@@ -43,8 +37,8 @@ class Job:
         cases: their ids.
         ranks: cores it takes.
         time_s: predicted wall time [s].
-        minutes: time to ask a cluster for.
-        memory_mb: memory to ask a cluster for.
+        minutes: time to request of a batch system.
+        memory_mb: memory to request of a batch system.
     """
 
     name: str
@@ -56,17 +50,20 @@ class Job:
 
 
 def jobs_of(
-    cases: Sequence[Case], allocation: Allocation, rates: Rates, cluster: bool = False
+    cases: Sequence[Case],
+    allocation: Allocation,
+    rates: Rates,
+    shared_job_s: Callable[[Allocation, float], float],
 ) -> list[Job]:
-    """The jobs of the cases, the longest first.
+    """Return the jobs of the cases, the longest first.
 
-    Cases of one rank share a job in the order of the campaign while they are small.
+    Small cases of one rank share a job, in the order of the campaign.
+
+    Args:
+        shared_job_s: how long such a job may take [s], as `Target.shared_job_s`.
     """
     times = {x.id: STAGES_S + wall_time(x, allocation.ranks[x.id], rates) for x in cases}
-    longest = CLUSTER_JOB_S if cluster else LOCAL_JOB_S
-    if not cluster:
-        places = max(1, min(allocation.jobs, allocation.cores))
-        longest = min(longest, sum(times.values()) / (JOBS_PER_PLACE * places))
+    longest = shared_job_s(allocation, sum(times.values()))
     groups: list[list[Case]] = []
     room: dict[str, float] = {}
     open_group: dict[str, list[Case]] = {}

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from millscale.cases.case import Case
-from millscale.engine.machine import Allocation, CoreWish, available_cores
+from millscale.engine.machine import Allocation, CoreWish
 from millscale.errors import CampaignError
 from millscale.runs.layout import CASES_FOLDER, STAGES
 from millscale.workflow.stage_work import EarlierAttempt, attempt_of
@@ -45,10 +45,10 @@ def keep_ranks(
         if case.kind == "multi-ball" and asked.ranks not in (None, attempt.ranks):
             raise _refused(case, attempt, asked.ranks)
     most = max(kept.values(), default=1)
-    if most > available_cores() and not asked.oversubscribe:
+    if most > allocation.cores and not asked.oversubscribe:
         case_id = max(kept, key=kept.__getitem__)
         cause = f"{case_id} goes on with the {most} ranks it began with"
-        accepted = f"on {available_cores()} cores: --oversubscribe, or {START_OVER} to begin anew"
+        accepted = f"on {allocation.cores} cores: --oversubscribe, or {START_OVER} to begin anew"
         raise CampaignError("millscale run", "", cause, accepted)
     return replace(
         allocation, ranks={**allocation.ranks, **kept}, cores=max(allocation.cores, most)

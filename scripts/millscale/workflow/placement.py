@@ -63,14 +63,13 @@ def _lowered(
     return tuple(notes)
 
 
-def place_on_cluster(
-    cases: Sequence[Case], asked: CoreWish, usual: CoreWish, node_cores: int
-) -> Allocation:
-    """Ranks of cases that wait for nobody: as many as are worth it, on one node each."""
-    given = asked.ranks or usual.ranks
-    ranks = {x.id: 1 if x.kind == "single-ball" else given or _worth(x, node_cores) for x in cases}
-    # Twice what may wait or run at a time is more than any site lets one user queue.
-    return Allocation(ranks, asked.jobs or usual.jobs or 500, node_cores)
+def ranks_on_nodes(cases: Sequence[Case], given: int | None, node_cores: int) -> dict[str, int]:
+    """Return the ranks of cases that do not wait for one another, each on one node, by id.
+
+    Args:
+        given: ranks of every multi-ball case; None for as many as are worth their cores.
+    """
+    return {x.id: 1 if x.kind == "single-ball" else given or _worth(x, node_cores) for x in cases}
 
 
 def makespan(loads: Iterable[tuple[float, int]], cores: int, jobs: int) -> float:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -18,31 +16,25 @@ from millscale.cases.generate import changed_cases, check_owner, generate
 from millscale.cases.output_size import check_disk
 from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from millscale.engine.machine import Allocation, CoreWish, hardware
-from millscale.engine.temporary_folder import own_folder
 from millscale.errors import CampaignError, nearest
-from millscale.formats import duration
 from millscale.runs import digests
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, Stage
 from millscale.runs.lock import hold
 from millscale.workflow import by_hand_status
 from millscale.workflow.display import problems, status_table, watching
-from millscale.workflow.jobs import Job, jobs_of, write_jobs
+from millscale.workflow.jobs import jobs_of, write_jobs
 from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
-from millscale.workflow.placement import place, place_on_cluster
 from millscale.workflow.predicted_times import error_line, record_predictions
 from millscale.workflow.snakemake_run import (
     WORKFLOW_LOG,
     last_problem,
-    local_options,
     run_workflow,
     snakemake_line,
 )
 from millscale.workflow.stage_work import attempt_of
 from millscale.workflow.status import case_status
-from millscale.workflow.targets.slurm import check_profile, node_cores, slurm_options
-
-_MOST_JOBS_TOLD = 20
+from millscale.workflow.targets import Local, Target
 
 
 @dataclass(frozen=True)
@@ -54,15 +46,8 @@ class Request:
     runs: Path
     allocation: Allocation
     rates: Rates
-    cluster: Cluster | None = None
+    target: Target
     start_over: bool = False
-
-
-@dataclass(frozen=True)
-class Cluster:
-    """Slurm instead of this machine; `profile` a folder with the site's config.yaml, or None."""
-
-    profile: Path | None = None
 
 
 def request(
@@ -70,13 +55,14 @@ def request(
     runs: Path,
     only: list[str],
     cores: CoreWish,
-    cluster: Cluster | None = None,
+    target: Target | None = None,
     start_over: bool = False,
 ) -> Request:
     """Check everything that can be wrong before anything is written.
 
     Args:
         only: ids or patterns with `*`; empty for every case.
+        target: where the jobs run; None for this machine.
         start_over: give up what attempts of the cases that ended early have left.
 
     Raises:
@@ -89,14 +75,11 @@ def request(
     check_owner(campaign, every, runs)
     rates = learned((runs / CASES_FOLDER).glob("*"), hardware()["cpu"])
     usual = CoreWish(campaign.ranks, campaign.jobs)
-    if cluster:
-        check_profile(cluster.profile)
-        allocation = place_on_cluster(cases, cores, usual, node_cores())
-    else:
-        allocation = place(cases, cores, usual, rates)
+    target = target or Local()
+    allocation = target.allocate(cases, cores, usual, rates)
     if not start_over:
         allocation = keep_ranks(allocation, cases, changed_cases(cases, runs), runs, cores)
-    return Request(file, tuple(cases), runs, allocation, rates, cluster, start_over)
+    return Request(file, tuple(cases), runs, allocation, rates, target, start_over)
 
 
 def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
@@ -200,31 +183,19 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     """Run the cases that are not done; returns Snakemake's exit code, 0 if there was nothing."""
     folders = {x.id: asked.runs / CASES_FOLDER / x.id for x in asked.cases}
     left = [x for x in asked.cases if unfinished(folders[x.id], x.kind)]
-    jobs = jobs_of(left, asked.allocation, asked.rates, asked.cluster is not None)
+    jobs = jobs_of(left, asked.allocation, asked.rates, asked.target.shared_job_s)
     if not jobs:
         return 0
     engines = [x for x in left if not by_hand_status.is_rotated(folders[x.id], x.document)]
     record_predictions(asked.runs, engines, asked.allocation, asked.rates)
-    if asked.cluster:
-        executor = slurm_options(asked.cluster.profile, asked.allocation.jobs)
-        for line in _asked_of_slurm(jobs):
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
-    else:
-        executor = local_options(asked.allocation)
-    file = write_jobs(asked.runs, jobs).relative_to(asked.runs)
-    # The jobs of a cluster are on other machines, and outlive this command.
-    place = nullcontext() if asked.cluster else own_folder()
-    with place, watching(console, asked.runs, asked.cases, asked.allocation) as watch:
-        line = snakemake_line(file, executor)
+    for line in asked.target.request_lines(jobs):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    line = snakemake_line(
+        write_jobs(asked.runs, jobs).relative_to(asked.runs),
+        asked.target.snakemake_options(asked.allocation),
+    )
+    with (
+        asked.target.temporary_folder(),
+        watching(console, asked.runs, asked.cases, asked.allocation) as watch,
+    ):
         return run_workflow(asked.runs, line, lock, watch)
-
-
-def _asked_of_slurm(jobs: Sequence[Job]) -> list[str]:
-    """A line per job, of many jobs the first ones: time, cores and memory asked for."""
-    lines = [
-        f"Slurm: {job.name}: {job.minutes} min asked, {duration(job.time_s)} predicted, "
-        f"{job.ranks} cores, {job.memory_mb} MB"
-        for job in jobs[:_MOST_JOBS_TOLD]
-    ]
-    more = len(jobs) - len(lines)
-    return [*lines, f"Slurm: and {more} shorter jobs"] if more else lines

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from millscale.engine.machine import Allocation
 from millscale.engine.parent_death import end_with_parent
 from millscale.runs.untrusted import read_tail
 from millscale.terminal import one_line
@@ -30,7 +29,7 @@ def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
     but dates, no mark of incomplete files. The runs folder has its own lock, which cannot go stale.
 
     Args:
-        executor: options that say where, of `local_options` or `cluster.slurm_options`.
+        executor: options of the target.
     """
     return [
         # -P: a module of that name in the runs folder must not be run instead.
@@ -40,14 +39,6 @@ def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
         *("--keep-going", "--nolock", "--ignore-incomplete", "--quiet", "all", "--nocolor"),
         *executor,
         *("--config", f"jobs={jobs}"),
-    ]
-
-
-def local_options(allocation: Allocation) -> list[str]:
-    """Snakemake's options for this machine."""
-    return [
-        *("--cores", str(allocation.cores), "--resources", f"case={allocation.jobs}"),
-        *("--latency-wait", "0", "--profile", "none"),
     ]
 
 

@@ -1,87 +1,59 @@
-"""Slurm, through Snakemake's executor: what a machine needs for it, and the options of a run."""
+"""Slurm."""
 
 from __future__ import annotations
 
-import importlib.util
-import shutil
 import subprocess
-from pathlib import Path
 
-from millscale.errors import CampaignError
+from millscale.workflow.targets.batch_system import BatchSystem
 
-PLUGIN = "snakemake_executor_plugin_slurm"
-# A job that was killed, or ended at its time, is queued again so often, each time with more time.
-RETRIES = 2
-# Looks at the queue come this long after a job was sent, then ten seconds later each time [s].
+# The first look at the state of a job, after its submission [s]; each next one is 10 s later.
 _FIRST_LOOK_S = 3
-# Files a node has written may show up late on a shared file system [s].
-_LATENCY_S = 60
+_ANSWER_S = 60
 
 
-def slurm_options(profile: Path | None, jobs: int) -> list[str]:
-    """Snakemake's options for Slurm.
+class Slurm(BatchSystem):
+    """Jobs are submitted with sbatch, by Snakemake's executor plugin."""
 
-    Args:
-        profile: folder with a `config.yaml` of the site, such as profiles/slurm.
-        jobs: the most that wait or run at a time.
-    """
-    return [
-        *("--executor", "slurm", "--jobs", str(jobs), "--retries", str(RETRIES)),
-        *("--slurm-status-command", "sacct" if _keeps_accounts() else "squeue"),
-        *("--slurm-requeue", "--slurm-init-seconds-before-status-checks", str(_FIRST_LOOK_S)),
-        *("--latency-wait", str(_LATENCY_S)),
-        *("--profile", str(profile.resolve()) if profile else "none"),
-    ]
+    name = "slurm"
+    about = "jobs of Slurm"
+    title = "Slurm"
+    plugin = "snakemake_executor_plugin_slurm"
+    install = "pip install 'millscale[slurm]'"
+    commands = ("sbatch", "sinfo")
+    time_limit_message = "DUE TO TIME LIMIT"
+    memory_message = "oom.kill"
 
+    def node_cores(self) -> int:
+        """Return the cores of the largest node.
 
-def node_cores() -> int:
-    """Cores of the largest node of this Slurm.
+        Raises:
+            CampaignError: Slurm does not answer.
+        """
+        try:
+            done = _run("sinfo", "--noheader", "--format", "%c")
+            # Nodes of several sizes in one line: "16+".
+            return max(int(text.rstrip("+")) for text in done.split())
+        except (ValueError, subprocess.TimeoutExpired):
+            raise self.refused("sinfo names no nodes", "a Slurm that answers") from None
 
-    Raises:
-        CampaignError: no Slurm here, it does not answer, or its executor is not installed.
-    """
-    if importlib.util.find_spec(PLUGIN) is None:
-        raise CampaignError(
-            "millscale run",
-            "--slurm",
-            f"{PLUGIN} is not installed",
-            "pip install 'millscale[slurm]'",
-        )
-    for command in ("sbatch", "sinfo"):
-        if not shutil.which(command):
-            raise CampaignError(
-                "millscale run",
-                "--slurm",
-                f"no {command} on the PATH",
-                "a machine that submits jobs",
-            )
-    try:
-        done = subprocess.run(
-            ["sinfo", "--noheader", "--format", "%c"],
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=60,
-        )
-        # Nodes of several sizes in one line: "16+".
-        return max(int(text.rstrip("+")) for text in done.stdout.split())
-    except (ValueError, subprocess.TimeoutExpired):
-        raise CampaignError(
-            "millscale run", "--slurm", "sinfo names no nodes", "a Slurm that answers"
-        ) from None
+    def executor_options(self) -> list[str]:
+        """Return the options of the plugin: how it asks for the state of jobs."""
+        return [
+            *("--executor", "slurm"),
+            *("--slurm-status-command", "sacct" if _keeps_accounts() else "squeue"),
+            *("--slurm-requeue", "--slurm-init-seconds-before-status-checks", str(_FIRST_LOOK_S)),
+        ]
 
 
 def _keeps_accounts() -> bool:
-    """Whether `sacct` knows of jobs; if not, the controller does for MinJobAge after their end."""
-    done = subprocess.run(
-        ["scontrol", "show", "config"], capture_output=True, encoding="utf-8", errors="replace"
-    )
-    kept = [line for line in done.stdout.splitlines() if line.startswith("AccountingStorageType")]
+    """Return whether `sacct` knows ended jobs; squeue does so for MinJobAge after their end."""
+    lines = _run("scontrol", "show", "config").splitlines()
+    kept = [line for line in lines if line.startswith("AccountingStorageType")]
     return bool(kept) and not kept[0].endswith("/none")
 
 
-def check_profile(profile: Path | None) -> None:
-    if profile is not None and not (profile / "config.yaml").is_file():
-        raise CampaignError(
-            "millscale run", "--profile", f"no config.yaml in {profile}", "a folder that has one"
-        )
+def _run(*line: str) -> str:
+    done = subprocess.run(
+        line, capture_output=True, encoding="utf-8", errors="replace", timeout=_ANSWER_S
+    )
+    return done.stdout

@@ -1,0 +1,120 @@
+"""What the batch systems of clusters have in common: jobs queue, each on one node."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from millscale.errors import CampaignError
+from millscale.formats import duration
+
+if TYPE_CHECKING:
+    from millscale.cases.case import Case
+    from millscale.cases.cost import Rates
+    from millscale.engine.machine import Allocation, CoreWish
+    from millscale.workflow.jobs import Job
+
+# A job waits in a queue: small cases share a job of about a quarter of an hour.
+SHARED_JOB_S = 900.0
+# A job that was killed, or ended at its time limit, is submitted again so often, each time with
+# more time.
+RETRIES = 2
+# Files that a node has written may appear late on a shared file system [s].
+LATENCY_S = 60
+# More jobs than any site lets one user queue.
+MOST_JOBS = 500
+_MOST_JOBS_SHOWN = 20
+
+
+class BatchSystem(ABC):
+    """A `Target` whose jobs wait in the queue of a cluster.
+
+    Attributes:
+        title: its name as people write it.
+        plugin: Snakemake's executor plugin for it, a Python module.
+        install: the command that installs the plugin.
+        commands: programs that must be on the PATH.
+    """
+
+    name: ClassVar[str]
+    about: ClassVar[str]
+    title: ClassVar[str]
+    plugin: ClassVar[str]
+    install: ClassVar[str]
+    commands: ClassVar[tuple[str, ...]]
+    time_limit_message: ClassVar[str] = ""
+    memory_message: ClassVar[str] = ""
+
+    def __init__(self, profile: Path | None = None) -> None:
+        if profile is not None and not (profile / "config.yaml").is_file():
+            cause = f"no config.yaml in {profile}"
+            raise CampaignError("millscale run", "--profile", cause, "a folder that has one")
+        self.profile = profile
+
+    @abstractmethod
+    def node_cores(self) -> int:
+        """Return the cores of the largest node; raise the error of `refused` if unknown."""
+
+    @abstractmethod
+    def executor_options(self) -> list[str]:
+        """Return Snakemake's options that are particular to the executor plugin."""
+
+    def refused(self, cause: str, accepted: str) -> CampaignError:
+        """Return the error of a batch system that cannot be used."""
+        return CampaignError("millscale run", f"--target {self.name}", cause, accepted)
+
+    def check(self) -> None:
+        """Refuse a machine from which jobs cannot be submitted.
+
+        Raises:
+            CampaignError: the executor plugin or a command is missing.
+        """
+        if importlib.util.find_spec(self.plugin) is None:
+            raise self.refused(f"{self.plugin} is not installed", self.install)
+        for command in self.commands:
+            if not shutil.which(command):
+                raise self.refused(f"no {command} on the PATH", "a machine that submits jobs")
+
+    def allocate(
+        self, cases: Sequence[Case], asked: CoreWish, usual: CoreWish, rates: Rates
+    ) -> Allocation:
+        """Give each case the ranks that are worth their cores, on one node."""
+        from millscale.engine.machine import Allocation
+        from millscale.workflow.placement import ranks_on_nodes
+
+        self.check()
+        cores = self.node_cores()
+        ranks = ranks_on_nodes(cases, asked.ranks or usual.ranks, cores)
+        return Allocation(ranks, asked.jobs or usual.jobs or MOST_JOBS, cores)
+
+    def shared_job_s(self, allocation: Allocation, total_s: float) -> float:
+        """Return the length of a shared job [s]."""
+        return SHARED_JOB_S
+
+    def snakemake_options(self, allocation: Allocation) -> list[str]:
+        """Return Snakemake's options: executor, jobs at a time, retries, the site's profile."""
+        return [
+            *self.executor_options(),
+            *("--jobs", str(allocation.jobs), "--retries", str(RETRIES)),
+            *("--latency-wait", str(LATENCY_S)),
+            *("--profile", str(self.profile.resolve()) if self.profile else "none"),
+        ]
+
+    def request_lines(self, jobs: Sequence[Job]) -> list[str]:
+        """Return time, cores and memory requested, a line for each of the longest jobs."""
+        lines = [
+            f"{self.title}: {job.name}: {job.minutes} min requested, {duration(job.time_s)} "
+            f"predicted, {job.ranks} cores, {job.memory_mb} MB"
+            for job in jobs[:_MOST_JOBS_SHOWN]
+        ]
+        more = len(jobs) - len(lines)
+        return [*lines, f"{self.title}: and {more} shorter jobs"] if more else lines
+
+    def temporary_folder(self) -> AbstractContextManager[None]:
+        """Return no folder: the jobs run on other machines and outlive this command."""
+        return nullcontext()
