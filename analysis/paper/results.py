@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import shlex
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 from millscale.analysis.charge.comparison import compare_charges
 from millscale.analysis.charge.scaled_mills import Charge
 from millscale.analysis.finished_campaign import load_campaign
+from millscale.engine.code_version import described_commit
 from millscale.runs.case_folder import RunFolderError
 
 
@@ -53,7 +53,7 @@ def origin(runs: Sequence[Path], machine: str, commit: str) -> dict[str, Any]:
 
     Args:
         machine: a note on the machine, added to what the runs recorded.
-        commit: of the code; empty: that of the working folder.
+        commit: of the code; empty for that of the code that runs.
     """
     charges, _ = load_charges(runs)
     hardware = [charge.timing["hardware"] for charge in charges]
@@ -68,25 +68,8 @@ def origin(runs: Sequence[Path], machine: str, commit: str) -> dict[str, Any]:
             ),
             shlex.join(["millscale", "analyse", "campaigns", *map(str, runs)]),
         ],
-        "commit": commit or _commit(),
+        "commit": commit or described_commit() or "unknown",
         "machine": "; ".join([*known, *([machine] if machine else [])]),
         "ranks": ranks,
         "date": datetime.date.today().isoformat(),
     }
-
-
-def _commit() -> str:
-    """Commit of the working folder, with a + if files differ from it."""
-    try:
-        said = [
-            subprocess.run(
-                ["git", *words], capture_output=True, encoding="utf-8", check=True
-            ).stdout
-            for words in (
-                ["rev-parse", "--short=12", "HEAD"],
-                ["status", "--porcelain", "--untracked-files=no"],
-            )
-        ]
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-    return said[0].strip() + ("+" if said[1].strip() else "")

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from millscale.cases.decks import template_folder
-from millscale.engine import provenance
+from millscale.engine import code_version
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import STAGES
 from millscale.runs.provenance import read_provenance
@@ -50,12 +50,25 @@ def test_digests_are_those_of_sha256sum(finished):
 
 
 def test_the_commit_is_that_of_git():
-    top = Path(provenance.__file__).parents[3]
+    top = Path(code_version.__file__).parents[3]
     line = ["git", "-C", top, "rev-parse", "HEAD"]
     done = subprocess.run(line, capture_output=True, text=True)
     if done.returncode or not (top / ".git").exists():
         pytest.skip("not in a repository")
-    assert provenance.source_commit() == done.stdout.strip()
+    commit = done.stdout.strip()
+    assert code_version.source_commit() == commit
+    assert code_version.described_commit().removesuffix("-dirty") == commit[:12]
+
+
+@pytest.mark.parametrize(("modified", "suffix"), [(False, ""), (True, "-dirty")])
+def test_an_installed_package_knows_its_commit(tmp_path, monkeypatch, modified, suffix):
+    monkeypatch.setattr(code_version, "_TOP", tmp_path)
+    build = {"commit": 40 * "a", "modified": modified}
+    monkeypatch.setattr(code_version, "build_record", lambda: build)
+    assert code_version.source_commit() is None
+    assert code_version.described_commit() == 12 * "a" + suffix
+    monkeypatch.setattr(code_version, "build_record", lambda: None)
+    assert code_version.described_commit() is None
 
 
 def test_an_untouched_folder_has_no_differences(finished):

@@ -30,6 +30,7 @@ from pathlib import Path
 import psutil
 
 import small_campaign
+from millscale.engine.code_version import described_commit
 from millscale.engine.deck_run import find_engine
 from millscale.engine.machine import hardware
 from millscale.engine.parent_death import end_with_parent
@@ -476,13 +477,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         text = campaign_text(rotation_angle=5.0, restart_angle=0.1, balls=500)
         record = kill_and_resume(Path(folder), kinds, options.seed, text)
-    git = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
-    commit = subprocess.run(git, cwd=Path(__file__).parent, capture_output=True, text=True)
     command = f"python tests/workflow/kill_resume.py --kills {options.kills}"
     origin = {
         "schema": 1,
         "command": f"{command} --seed {options.seed} --to {options.to}",
-        "commit": commit.stdout.strip(),
+        "commit": described_commit(),
         "machine": hardware(),
         "date": datetime.date.today().isoformat(),
     }

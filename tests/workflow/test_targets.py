@@ -30,7 +30,7 @@ def value_of(options, name):
 
 
 def test_every_target_is_found_by_its_name():
-    assert list(TARGETS) == ["local", "slurm"]
+    assert {"local", "slurm"} <= set(TARGETS)
     for name, target in TARGETS.items():
         assert target.name == name and target.about
         assert isinstance(target_named(name), target)

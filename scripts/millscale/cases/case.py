@@ -19,7 +19,7 @@ from millscale.cases.modelled import statements
 from millscale.cases.output_size import check_budget, output_bytes
 from millscale.cases.time_step import Step, steps_of
 from millscale.cases.wall_panels import wall_part
-from millscale.engine.provenance import installed_version
+from millscale.engine.code_version import installed_version
 from millscale.errors import CampaignError
 from millscale.runs.case_check import check_case, read_case
 from millscale.runs.case_digest import case_digest

@@ -13,7 +13,7 @@ from typing import Any
 from millscale.campaign.build import load_campaign
 from millscale.campaign.campaign import Campaign
 from millscale.cases.case import SCHEMA, Case, cases_of
-from millscale.engine.provenance import installed_version
+from millscale.engine.code_version import installed_version
 from millscale.errors import CampaignError
 from millscale.runs.case_check import CASE_ID
 from millscale.runs.case_digest import case_digest

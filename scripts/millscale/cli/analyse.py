@@ -102,7 +102,7 @@ def campaigns(
         str, typer.Option(metavar="TEXT", help="Note on the machine, such as its load.")
     ] = "",
     commit: Annotated[
-        str, typer.Option(metavar="HASH", help="Commit of the code; default: the one installed.")
+        str, typer.Option(metavar="HASH", help="Commit of the code; default: of this code.")
     ] = "",
 ) -> None:
     """Compare every multi-ball case of some campaigns with the physical mill; write one JSON file.

@@ -17,7 +17,6 @@ from millscale.cli.analyse import analyse
 from millscale.cli.bench import bench
 from millscale.cli.options import (
     EXIT_FAILED,
-    EXIT_INTERRUPTED,
     EXIT_WRONG_INPUT,
     Campaign,
     DryRun,
@@ -39,13 +38,14 @@ from millscale.cli.options import (
 )
 from millscale.cli.study import study
 from millscale.cli.validate import validate
+from millscale.engine.ending_signals import INTERRUPTED
+from millscale.engine.environment import COMMAND_VARIABLE, TIME_LIMIT_VARIABLE
 from millscale.engine.machine import CoreWish
-from millscale.engine.provenance import COMMAND_VARIABLE
 from millscale.errors import CampaignError, EngineError
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
-from millscale.workflow.failures import SILENCE, TIME_LIMIT_VARIABLE
+from millscale.workflow.failures import SILENCE
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -133,7 +133,7 @@ def generate(file: Campaign, runs: RunsOption) -> None:
         typer.echo(
             "interrupted: folders made are kept, the same command makes the others", err=True
         )
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
     for line in failed:
         typer.echo(line, err=True)
     if failed:
@@ -199,7 +199,7 @@ def run(
         typer.echo(
             "interrupted: finished stages are kept, the same command goes on from there", err=True
         )
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
 
 
 @app.command()

@@ -14,7 +14,6 @@ from millscale.workflow.targets import TARGETS
 
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
-EXIT_INTERRUPTED = 130
 _WIDTH = 140
 
 Campaign = Annotated[

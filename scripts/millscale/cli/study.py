@@ -12,7 +12,6 @@ import typer
 
 from millscale.cli.options import (
     EXIT_FAILED,
-    EXIT_INTERRUPTED,
     IgnoreDisk,
     Jobs,
     Json,
@@ -20,8 +19,9 @@ from millscale.cli.options import (
     Ranks,
     console_of,
 )
+from millscale.engine.ending_signals import INTERRUPTED
+from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.engine.machine import CoreWish
-from millscale.engine.provenance import COMMAND_VARIABLE
 from millscale.errors import CampaignError
 
 
@@ -103,7 +103,7 @@ def study(
         done, _ = run_and_compare(call, console_of(stderr=as_json))
     except KeyboardInterrupt:
         typer.echo("interrupted: finished stages are kept, the same command goes on", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
     if as_json:
         typer.echo(results_text(call))
     raise typer.Exit(0 if done else EXIT_FAILED)

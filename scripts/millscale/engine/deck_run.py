@@ -12,13 +12,13 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+from millscale.engine.environment import ENGINE_VARIABLE
 from millscale.engine.log import error_line, read_log
 from millscale.engine.machine import available_cores, physical_cores
 from millscale.engine.parent_death import end_with_parent
 from millscale.errors import CampaignError, EngineError
 
 ENGINE = "liggghts_mill"
-ENGINE_VARIABLE = "MILLSCALE_ENGINE"
 # Open MPI reads these to learn the nodes of a batch job. The engine runs on the node it is
 # started on, and what the variables say of it differs by site.
 _BATCH_VARIABLES = ("SLURM_", "PBS_", "LSB_", "PE_HOSTFILE", "PMI_", "PMIX_")

@@ -20,8 +20,6 @@ UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "ti
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
 MISSING_LIBRARY, NOT_SETTLED, DOES_NOT_FIT = "missing library", "not settled", "does not fit"
 DAMAGED, BY_HAND = "damaged file", "by hand"
-# Longest wall time of a stage [s]; `millscale run --time-limit` hands it down.
-TIME_LIMIT_VARIABLE = "MILLSCALE_TIME_LIMIT_S"
 # An engine that writes nothing for so long [s], and for the time of a few lines of its log, makes
 # no progress.
 SILENCE = 600.0

@@ -20,6 +20,11 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
+from millscale.engine.ending_signals import (
+    INTERRUPTED,
+    ending_signals_to,
+    interrupt_once_on_ending_signals,
+)
 from millscale.engine.parent_death import end_with_parent
 from millscale.engine.temporary_folder import own_folder, run_has_gone
 from millscale.errors import CampaignError
@@ -29,9 +34,8 @@ from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
 from millscale.workflow.jobs import job_named, read_jobs
-from millscale.workflow.stages import INTERRUPTED, end_in_order, limit_time, run_stage
+from millscale.workflow.stages import limit_time, run_stage
 
-_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 FAILED = 1
 TOLD = 2  # the child has said what is wrong
 
@@ -94,20 +98,15 @@ def _in_child(work: Callable[[], int]) -> int:
         interrupted = True
         os.kill(child, signal.SIGTERM)
 
-    before = {number: signal.signal(number, hand_on) for number in _ENDINGS}
-    try:
+    with ending_signals_to(hand_on):
         _, status = os.waitpid(child, 0)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
     return INTERRUPTED if interrupted else os.waitstatus_to_exitcode(status)
 
 
 def _guarded(work: Callable[[], int]) -> int:
     """The child's side: whatever happens ends in a code."""
     end_with_parent()()
-    for number in _ENDINGS:
-        signal.signal(number, end_in_order)
+    interrupt_once_on_ending_signals()
     try:
         return work()
     except KeyboardInterrupt:

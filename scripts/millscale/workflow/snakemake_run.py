@@ -7,10 +7,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
+from millscale.engine.ending_signals import ending_signals_to, ignore_ending_signals, interrupt
 from millscale.engine.parent_death import end_with_parent
 from millscale.runs.untrusted import read_tail
 from millscale.terminal import one_line
@@ -19,7 +20,6 @@ SNAKEFILE = Path(__file__).with_name("Snakefile")
 WORKFLOW_LOG = "log.workflow"
 _TAIL_BYTES = 1 << 16
 _ENDING_S = 30.0
-_ENDINGS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
@@ -57,7 +57,7 @@ def run_workflow(
         lock: descriptor of the lock of `runs`; the workflow inherits it.
         watch: called about once a second.
     """
-    with (runs / WORKFLOW_LOG).open("wb") as log, _interruptible():
+    with (runs / WORKFLOW_LOG).open("wb") as log, ending_signals_to(interrupt):
         # A session of its own: Ctrl-C reaches this process, which then ends the others in order.
         process = subprocess.Popen(
             line,
@@ -99,29 +99,9 @@ def last_problem(runs: Path) -> str:
     return one_line(lines[-1]) if lines else "the workflow ended without a word"
 
 
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let a closed terminal and `kill` end a run as Ctrl-C does.
-
-    Ctrl-C is listed too: a shell makes its background jobs ignore it, and they would hand that
-    down to the workflow.
-    """
-
-    def interrupt(number: int, frame: object) -> None:
-        raise KeyboardInterrupt
-
-    before = {number: signal.signal(number, interrupt) for number in _ENDINGS}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
 def _end(process: subprocess.Popen) -> None:
     """Interrupt Snakemake and its stages; wait until the last one has ended its engine."""
-    for number in _ENDINGS:
-        signal.signal(number, signal.SIG_IGN)
+    ignore_ending_signals()
     deadline = time.monotonic() + _ENDING_S
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGINT)

@@ -19,6 +19,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from millscale.engine import provenance
+from millscale.engine.ending_signals import INTERRUPTED, interrupt_once_on_ending_signals
+from millscale.engine.environment import TIME_LIMIT_VARIABLE
 from millscale.engine.log import error_line, read_log
 from millscale.engine.parent_death import end_with_parent
 from millscale.engine.resume import OF_ATTEMPTS
@@ -34,8 +36,6 @@ from millscale.terminal import escape_unencodable
 from millscale.workflow import failures, stage_record
 from millscale.workflow.by_hand import HandRun, check_replaced, hand_provenance, is_there, take_over
 from millscale.workflow.stage_work import WORK, Task, is_complete, provenance_of
-
-INTERRUPTED = 130
 
 
 def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
@@ -164,16 +164,9 @@ def _output_to(path: Path) -> Iterator[None]:
             os.close(original)
 
 
-def end_in_order(number: int, frame: object) -> None:
-    """End in order; a second signal must not disturb the ending of the engine."""
-    for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(ending, signal.SIG_IGN)
-    raise KeyboardInterrupt
-
-
 def limit_time() -> None:
     """Let the stage that begins now fail when it has taken as long as it may."""
-    limit = float(os.environ.get(failures.TIME_LIMIT_VARIABLE, 0.0))
+    limit = float(os.environ.get(TIME_LIMIT_VARIABLE, 0.0))
 
     def too_long(number: int, frame: object) -> None:
         raise failures.TimeLimitError(f"longer than the time limit of {limit:g} s")
@@ -192,8 +185,7 @@ def main() -> int:
     parser.add_argument("--ranks", type=int, default=1, help="MPI ranks of the engine")
     options = parser.parse_args()
     escape_unencodable()
-    for ending in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(ending, end_in_order)
+    interrupt_once_on_ending_signals()
     limit_time()
     end_with_parent()()
     with suppress(KeyboardInterrupt):

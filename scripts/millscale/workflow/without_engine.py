@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from millscale.cases.generate import read_summary
+from millscale.engine.ending_signals import INTERRUPTED
 from millscale.engine.machine import available_cores
 from millscale.engine.parent_death import end_with_parent
 from millscale.errors import CampaignError
@@ -19,7 +20,6 @@ from millscale.runs.untrusted import RunFolderError
 from millscale.workflow.by_hand import is_recorded, is_there
 from millscale.workflow.job import bring, load
 from millscale.workflow.stage_record import read_record
-from millscale.workflow.stages import INTERRUPTED
 
 
 def prepare(ranks: Mapping[Path, int], made: Callable[[int, int], None]) -> tuple[int, list[str]]:
