@@ -13,7 +13,7 @@ from millscale.analysis.checks import campaign_checks
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball import comparison
 from millscale.analysis.single_ball.windows import common_windows
-from millscale.runs.case_digest import is_outdated
+from millscale.runs.case_file import is_outdated
 from millscale.runs.case_folder import (
     SCHEMA,
     FinishedCase,

@@ -66,7 +66,7 @@ def test_the_analysis_leaves_writing_to_the_stage(folder):
 def test_unknown_kind_is_refused(folder):
     case = read_case(folder) | {"kind": "two-ball"}
     (folder / "case.json").write_text(json.dumps(case))
-    with pytest.raises(RunFolderError, match="kind is 'two-ball', accepted single-ball, multi"):
+    with pytest.raises(RunFolderError, match="kind: got 'two-ball', accepted: multi-ball, single"):
         analyse_case(folder)
 
 

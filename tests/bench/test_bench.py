@@ -123,7 +123,7 @@ def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_pat
 @pytest.mark.engine
 @pytest.mark.parametrize("variant", [MILLSCALE, ANALYTIC_WALL_ONLY, LIGGGHTS])
 def test_every_engine_runs_the_state_and_accounts_for_its_time(tmp_path, variant):
-    case = next(c for c in cases_of(load_campaign(MILLS)) if c["S"] == 2.6).document
+    case = next(c for c in cases_of(load_campaign(MILLS)) if c["S"] == 2.6)
     write_dump(tmp_path / "state.dump", some_balls())
     box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
     count = write_data(tmp_path / "state.dump", box, tmp_path / "state.data")
@@ -164,7 +164,7 @@ def test_other_engines_run_the_drum_and_tell_their_time(tmp_path, variant):
     write_dump(dump, some_balls())
     box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
     balls = write_data(dump, box, data)
-    state = State(case.document, data, tmp_path / "none.stl", 0.3, balls)
+    state = State(case, data, tmp_path / "none.stl", 0.3, balls)
     phases = time_run(variant, state, 1, 5, 20, tmp_path / "run")
     assert phases.total > 0.0
     if variant == LAMMPS:

@@ -115,7 +115,7 @@ def finished(folder, case, factor, cpu="this"):
     balls, ranks = case["ball"]["count"], 2
     rate = balls / (step_time(case, ranks) * ranks) / factor
     timing = {"hardware": {"cpu": cpu}, "ranks": ranks, "particle_steps_per_s_core": rate}
-    (folder / "case.json").write_text(json.dumps(case.document))
+    (folder / "case.json").write_text(case.text())
     (folder / "timing.json").write_text(json.dumps(timing))
     return folder
 

@@ -28,7 +28,7 @@ def of_kind(folder, kind, **changes):
 
 def terms(case):
     """The part `deck` but for the damping at the wall, which is a matter of the wall's kind."""
-    return {name: value for name, value in case["deck"].items() if name != "wall_damping"}
+    return {name: value for name, value in case.document["deck"].items() if name != "wall_damping"}
 
 
 def said(case, side):

@@ -136,8 +136,8 @@ def test_commands_that_are_printed_can_be_pasted(tmp_path):
 def test_a_plan_does_not_speak_of_the_paper(tmp_path):
     drum = {"mill__radius_m": 1.0, "liner": None, "single_ball__step_s": "advised"}
     for case in cases(tmp_path, **drum, **MULTI_BALL):
-        said = [entry for side in case["model"].values() for entry in side]
-        texts = " ".join(entry["what"] + entry["reason"] for entry in said)
+        said = [entry for side in (case.model.inside, case.model.outside) for entry in side]
+        texts = " ".join(entry.what + entry.reason for entry in said)
         assert "the paper" not in texts and "Eq" not in texts
 
 

@@ -5,6 +5,7 @@ import shutil
 from collections import namedtuple
 
 import pytest
+from msgspec import structs
 
 from millscale.campaign.build import load_campaign
 from millscale.cases import output_size
@@ -18,13 +19,13 @@ Usage = namedtuple("Usage", "total used free")
 
 def case_of(tmp_path, text, number=-1):
     (tmp_path / "c.toml").write_text(text)
-    return cases_of(load_campaign(tmp_path / "c.toml"))[number].document
+    return cases_of(load_campaign(tmp_path / "c.toml"))[number]
 
 
 def test_output_grows_by_the_dumps_asked_for(tmp_path):
     base = case_of(tmp_path, TEXT)
-    more = base | {"output": base["output"] | {"dump_steps": 35}}
-    dumps = [x["time"]["steps"] // x["output"]["dump_steps"] for x in (base, more)]
+    more = structs.replace(base, output=structs.replace(base.output, dump_steps=35))
+    dumps = [x.time.steps // x.output.dump_steps for x in (base, more)]
     grown = (dumps[1] - dumps[0]) * (output_size.DUMP_HEAD + 50 * output_size.DUMPED_BALL)
     assert output_bytes(more) - output_bytes(base) == grown > 0
 

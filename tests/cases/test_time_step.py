@@ -70,7 +70,7 @@ def test_advised_steps_stay_within_every_limit(tmp_path):
             assert time["rayleigh_fraction"] <= 0.2
             assert time["limit_fraction"] <= 1.0
             assert time["steps_per_contact"] >= 8.0
-            assert case["warnings"] == []
+            assert case.warnings == ()
 
 
 def test_matched_stiffness_keeps_every_ratio_of_step_and_contact_time(tmp_path):

@@ -30,13 +30,14 @@ from trials import NUMBERS, REFUSALS, run
 from millscale.analysis.case import analyse_case
 from millscale.analysis.finished_campaign import load_campaign as load_runs
 from millscale.campaign.build import load_campaign
-from millscale.cases.case import Case, cases_of
+from millscale.cases.case import cases_of
 from millscale.cases.cost import BUILT_IN, learned
 from millscale.cases.generate import generate
 from millscale.cases.parameters import write_parameters
 from millscale.engine.attempts import Attempt, Attempts, Cost, write_attempts
 from millscale.engine.machine import hardware
 from millscale.mesh import read_stl
+from millscale.runs.case_file import load_case
 from millscale.runs.digests import keep
 from millscale.runs.dumps import read_dump
 from millscale.runs.layout import stage_of
@@ -98,7 +99,7 @@ def stl_files(folder):
     from millscale.packing.charge import liner_of
 
     (folder / "small.toml").write_text(TEXT)
-    case = cases_of(load_campaign(folder / "small.toml"))[0].document
+    case = cases_of(load_campaign(folder / "small.toml"))[0]
     surface = panels_of(liner_of(case), 0.3, 0.02, 1)
     write_stl(folder / "liner.stl", surface)
     text = (folder / "liner.stl").read_bytes()
@@ -182,7 +183,7 @@ def test_case_documents_in_the_campaign(tallies, number, tmp_path):
     def read(folder, data):
         path = folder / "case.json"
         path.write_bytes(data)
-        write_parameters(Case.load(path), folder)
+        write_parameters(load_case(folder), folder)
         text = (folder / "parameters.in").read_text()
         assert all(
             line.startswith(("variable ", "#")) and "/" not in line for line in text.splitlines()
@@ -233,7 +234,7 @@ def runs_folder(folder):
     write_series(part / "series.csv", usual_motion(motion).series())
     for file in (part / "log.rotate", runs / BEGUN / "log.rotate", runs / BEGUN / "out.rotate"):
         file.write_text(LOG)
-    run = run_of(stage_of("single-ball", "rotate"), begun.document, runs / BEGUN, 1)
+    run = run_of(stage_of("single-ball", "rotate"), begun, runs / BEGUN, 1)
     write_attempts(
         part, Attempts(run.inputs, (Attempt(0, 1.0, 1, Cost()), Attempt(5, 2.0, 1, Cost())))
     )
@@ -264,7 +265,7 @@ def _finish(folder, S):
 
 
 def next_attempt(folder):
-    found = attempt_of(folder, Case.load(folder / "case.json").document)
+    found = attempt_of(folder, load_case(folder))
     return asdict(found) if found else None
 
 

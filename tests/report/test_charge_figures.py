@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from msgspec import structs
 from numpy.testing import assert_allclose
 
 from millscale.analysis.finished_campaign import load_campaign
@@ -21,8 +22,9 @@ def test_similar_charges_coincide_in_the_dimensionless_figure(runs):
 
 def test_seeds_of_a_model_share_a_name_and_schemes_a_colour(runs):
     case = load_campaign(runs).charges[0]
-    again = replace(case, case=case.case | {"id": f"{case.id}-seed2"})
-    other = replace(case, case=case.case | {"id": "other", "S": 1.3, "scheme": "constant-speed"})
+    again = replace(case, case=structs.replace(case.case, id=f"{case.id}-seed2"))
+    faster = structs.replace(case.case, id="other", S=1.3, scheme="constant-speed")
+    other = replace(case, case=faster)
     figure = charge_series([case, again, other], dimensionless=True)
     first, second, third = figure.axes[0].lines
     assert first.get_color() == second.get_color() != third.get_color()

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from millscale.campaign.build import load_campaign
-from millscale.cases.case import Case, cases_of
+from millscale.cases.case import cases_of
+from millscale.runs.case_file import Case
 
 REPOSITORY = Path(__file__).parents[2]
 PAPER = REPOSITORY / "analysis" / "paper" / "tables"

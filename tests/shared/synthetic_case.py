@@ -12,6 +12,7 @@ import numpy as np
 from millscale import _core
 from millscale.analysis.case import analyse_case
 from millscale.runs.case_digest import case_digest
+from millscale.runs.case_file import Case, case_of
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import STAGES
 from millscale.runs.provenance import write_provenance
@@ -29,7 +30,7 @@ POLICIES = ("paper", "corrected", "offset-liner")
 def case_document(
     kind: str, scheme: str, policy: str, S: float, balls: int = 1, sample_angle: float = 0.004
 ) -> dict[str, Any]:
-    """case.json with what the analysis reads."""
+    """Return the content of a case.json."""
     scaled = _core.scale(PHYSICAL, S, scheme, policy)
     offset = policy == "offset-liner"
     liner = LINER.offset_scaled(S, PHYSICAL.ball_radius) if offset else LINER.scaled(S)
@@ -46,6 +47,7 @@ def case_document(
         "policy": policy,
         "S": S,
         "time_factor": 0.0,
+        "allow_centrifuging": False,
         "seed": 1,
         "physical": {"radius_m": 3.9, "ball_radius_m": 0.02, "gravity_m_s2": 9.81}
         | {"omega_rad_s": 1.0, "length_m": LENGTH, **widths(LINER)},
@@ -64,18 +66,64 @@ def case_document(
             "phase_rad": 0.0,
             "area_m2": liner.area,
         },
-        "factors": {"length": scaled.base.length, "mass": 1.0, "time": scaled.base.time},
+        "factors": {
+            "length": scaled.base.length,
+            "mass": 1.0,
+            "time": scaled.base.time,
+            "energy": _core.factor(scaled.base, 2, 1, -2),
+        },
         "predicted_energy_ratio": scaled.predicted_energy_ratio,
         "centre_path_energy_ratio": scaled.centre_path_energy_ratio,
-        "ball": {"radius_m": 0.02, "density_kg_m3": 2678.0, "mass_kg": mass, "count": balls},
-        "material": {"youngs_modulus_pa": 5.98e7, "poisson_ratio": 0.3, "restitution_pw": 0.2},
-        "time": {"step_s": 1e-4, "start_s": 0.1, "sample_angle_rad": sample_angle},
+        "groups": {
+            "ball_radius_over_mill_radius": mill.ball_radius / liner.radius,
+            "lifter_height_over_ball_diameter": 7.0,
+            "groove_width_over_ball_diameter": liner.groove_width / (2.0 * mill.ball_radius),
+            "length_over_ball_diameter": LENGTH / S / (2.0 * mill.ball_radius),
+        },
+        "ball": {
+            **{"radius_m": 0.02, "density_kg_m3": 2678.0, "mass_kg": mass, "count": balls},
+            **{"radius_std_m": 0.0, "truncation": 3.0},
+        },
+        "material": {
+            **{"youngs_modulus_pa": 5.98e7, "shear_modulus_pa": 2.3e7, "poisson_ratio": 0.3},
+            **dict.fromkeys(("restitution_pp", "restitution_pw"), 0.2),
+            **dict.fromkeys(("static_friction_pp", "static_friction_pw"), 0.5),
+            **dict.fromkeys(("rolling_friction_pp", "rolling_friction_pw"), 0.01),
+            "stiffness": "fixed",
+        },
+        "time": {
+            **{"step_s": 1e-4, "step_choice": "given", "start_s": 0.1},
+            **{"rest_steps": 1000, "settle_steps": 0, "rotation_steps": 9000, "steps": 10000},
+            **{"rotation_angle_rad": 1.0, "duration_s": 1.0, "sample_angle_rad": sample_angle},
+            **{"rayleigh_time_s": 1e-3, "rayleigh_fraction": 0.1},
+            **{"damping_limit_s": 1e-3, "limit_fraction": 0.1, "mean_overlap_m": 1e-5},
+            **{"impact_speed_m_s": 5.0, "collision_time_s": 1e-3, "steps_per_contact": 10.0},
+        },
+        "wall": {"kind": "analytic", "chord_error_m": 1e-3, "axial_divisions": 1, "triangles": 9},
+        "deck": {
+            **{"pair": "gran", "dumps": "on", "surface": "fast", "tangential_damping": "bounded"},
+            **dict.fromkeys(("rolling_model_pp", "rolling_model_pw"), "cdt"),
+            **dict.fromkeys(("tangential_model_pp", "tangential_model_pw"), "history"),
+        },
+        "domain": {"half_box_m": 4.0, "skin_m": 0.02},
+        "output": {
+            **{"thermo_steps": 100, "sample_steps": 100, "dump_steps": 1000, "restart_steps": 1000},
+            **{"dump_angle_rad": 0.5, "restart_angle_rad": 0.5},
+        },
+        "warnings": [],
         "model": {
             "in": [{"what": "lifters", "reason": "Table 4"}],
             "out": [{"what": "air", "reason": "its drag on 20 mm balls is below 1 % of gravity"}],
         },
         "versions": {"millscale": "0"},
+        "predicted": {"particle_steps": 1, "ranks": 1, "wall_time_s": 1.0, "output_bytes": 1},
+        "digest": "0" * 64,
     }
+
+
+def typed(document: dict[str, Any]) -> Case:
+    """Return the case of a content of case.json."""
+    return case_of(Path("case.json"), document)
 
 
 def widths(liner: _core.Liner) -> dict[str, float]:

@@ -19,7 +19,7 @@ from millscale.study.errors import (
     pairs_of,
     reference_for,
 )
-from synthetic_case import case_document
+from synthetic_case import case_document, typed
 
 QUIET = {
     "mean_over_angles": {"contour_error_mean": 0.0, "curtain_iou_whole": 1.0},
@@ -33,7 +33,7 @@ BEGIN = 1.0
 def charge(setting, seed, S=2.6, scheme="constant-gravity", balls=100):
     case = case_document("multi-ball", scheme, "paper", S, balls) | {"seed": seed}
     case["id"] += f"-seed{seed}"
-    return Charge(setting, FinishedCase(Path(), case, {}, {}))
+    return Charge(setting, FinishedCase(Path(), typed(case), {}, {}))
 
 
 def study(charges, fields):

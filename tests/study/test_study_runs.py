@@ -15,7 +15,7 @@ from millscale.study import command, pareto
 from millscale.study.command import StudyCall, run_and_compare
 from millscale.study.errors import ERRORS
 from millscale.study.file import load_study
-from millscale.study.folders import Places, found_cases, identity, record, write_setting
+from millscale.study.folders import Places, found_cases, record, write_setting
 from millscale.study.results import study_charges
 from small_study import TEXT, write_study
 from synthetic_case import record_stages
@@ -169,14 +169,14 @@ def test_a_case_of_another_setting_is_taken_and_its_own_comes_first(tmp_path):
         {
             "id": CASE,
             "folder": f"settings/default/cases/{CASE}",
-            "identity": identity(study.settings[1].cases[0]),
+            "identity": study.settings[1].cases[0].identity,
         }
     ]
     # Not finished: where it will be.
     assert named[0]["cases"][1] == {
         "id": f"{CASE}-seed2",
         "folder": f"settings/reference/cases/{CASE}-seed2",
-        "identity": identity(study.settings[0].cases[1]),
+        "identity": study.settings[0].cases[1].identity,
     }
 
 
@@ -218,8 +218,8 @@ def test_a_changed_setting_alone_is_run_again(tmp_path):
 def test_an_identity_is_that_of_the_case_and_not_of_its_names(tmp_path):
     reference, default, same = load_study(write_study(tmp_path)).settings
     assert default.cases[0]["digest"] != same.cases[0]["digest"]
-    assert identity(default.cases[0]) == identity(same.cases[0])
-    assert identity(reference.cases[0]) != identity(default.cases[0])
+    assert default.cases[0].identity == same.cases[0].identity
+    assert reference.cases[0].identity != default.cases[0].identity
 
 
 def test_the_plan_tells_the_cost_of_every_setting_and_writes_nothing(tmp_path):

@@ -1,9 +1,9 @@
 """The decks as generated, in the engine: they run by hand; the fix derives what case.json says."""
 
-import json
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
 from millscale.cases.decks import copy_decks
 from millscale.cases.generate import generate
@@ -54,7 +54,7 @@ def cases(tmp_path_factory):
     short = short.replace("dump_angle_rad = 0.5\n", "")
     short = short.replace("count = [13370]", "count = [2600]")
     (folder / "short.toml").write_text(short)
-    return {case.id: case.document for case in generate(folder / "short.toml", folder / "runs")}
+    return {case.id: case for case in generate(folder / "short.toml", folder / "runs")}
 
 
 def _prepare(case, folder, deck):
@@ -113,9 +113,8 @@ def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
 
 @pytest.mark.parametrize("precision", ["double", "mixed"])
 def test_the_decks_ask_for_the_precision_of_the_campaign(cases, tmp_path, precision):
-    case = json.loads(json.dumps(cases["mb-cg-paper-S2.600"]))
-    if precision == "mixed":
-        case["deck"]["precision"] = precision
+    case = cases["mb-cg-paper-S2.600"]
+    case = structs.replace(case, deck=structs.replace(case.deck, precision=precision))
     folder = _prepare(case, tmp_path, "settle.in")
     write_charge(case, folder)
     _run(folder, "settle.in")
@@ -146,10 +145,11 @@ def _check_measurements(case, last):
 
 
 def test_the_mesh_wall_runs_from_the_same_decks(cases, tmp_path):
-    case = json.loads(json.dumps(cases["sb-cs-paper-S2.600"]))
+    case = cases["sb-cs-paper-S2.600"]
     wall, length = case["wall"], case["mill"]["simulated_length_m"]
     panels = panels_of(liner_of(case), length, wall["chord_error_m"], wall["axial_divisions"])
-    case["wall"] |= {"kind": "mesh", "curvature_deg": curvature_deg(panels)}
+    meshed = structs.replace(wall, kind="mesh", curvature_deg=curvature_deg(panels))
+    case = structs.replace(case, wall=meshed)
     folder = _prepare(case, tmp_path, "single_ball.in")
     mesh(Task(None, case, folder, folder, 1, 0, folder / "out"))
     assert "ERROR" not in _run(folder, "single_ball.in")

@@ -1,7 +1,5 @@
 """Decks with an account of the energy: its files, its closure, and the same series without it."""
 
-import json
-
 import numpy as np
 import pytest
 from test_left_out import CHARGE, NOTHING_FORCED, ran
@@ -37,8 +35,8 @@ def test_the_decks_keep_an_account_for_the_asking(tmp_path):
 def test_both_paths_of_the_validation_close(tmp_path):
     study = {"multi_ball": STUDY}
     settled = ran(tmp_path / "settled", "analytic", study, NOTHING_FORCED)
-    case = cases_of(load_campaign(settled / "campaign.toml"))[0].document
-    (settled / "case.json").write_text(json.dumps(case))
+    case = cases_of(load_campaign(settled / "campaign.toml"))[0]
+    (settled / "case.json").write_text(case.text())
     for name, contacts in PATHS.items():
         (tmp_path / name).mkdir()
         found = turned(settled, tmp_path / name, contacts, None)

@@ -56,7 +56,7 @@ def test_the_bed_of_another_case_leads_to_the_same_series(tmp_path, scheme, poli
         prepared(tmp_path / name, case)
         for name, case in (("giver", one), ("taker", other), ("own", other))
     )
-    assert settling_key(one.document, giver) == settling_key(other.document, taker)
+    assert settling_key(one, giver) == settling_key(other, taker)
     run(giver, "settle.in")
     run(own, "settle.in")
     shutil.copy(giver / "settled.restart", taker)

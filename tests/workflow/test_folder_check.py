@@ -6,11 +6,10 @@ import shutil
 
 import pytest
 
-from millscale.cases.case import Case
 from millscale.cases.parameters import parameters_text
-from millscale.errors import CampaignError
 from millscale.report import build as report
 from millscale.report.build import build_report
+from millscale.runs.case_file import load_case
 from millscale.runs.links import check_folder
 from millscale.runs.untrusted import RunFolderError
 from small_campaign import CHARGE, SINGLE_BALLS
@@ -150,16 +149,16 @@ def test_no_line_of_case_json_gets_into_a_deck(finished, section, key, value):
     document = json.loads(file.read_text())
     document[section][key] = value
     file.write_text(json.dumps(document))
-    with pytest.raises(CampaignError):
-        parameters_text(Case.load(file).document)
+    with pytest.raises(RunFolderError):
+        parameters_text(load_case(file.parent))
 
 
 def test_a_case_id_that_brings_a_line_is_refused(finished):
     file = finished.case(BALL) / "case.json"
     document = json.loads(file.read_text())
     file.write_text(json.dumps(document | {"id": "sb\nshell touch escaped"}))
-    with pytest.raises(CampaignError, match="id: got"):
-        Case.load(file)
+    with pytest.raises(RunFolderError, match="id: got"):
+        load_case(file.parent)
 
 
 @pytest.mark.parametrize("name", ["report", "report.part"])

@@ -12,6 +12,7 @@ from millscale.runs.digests import digest_of
 from millscale.runs.layout import stage_of
 from millscale.runs.lock import LOCK_FILE, hold
 from millscale.runs.provenance import read_provenance, write_provenance
+from millscale.runs.untrusted import RunFolderError
 from millscale.workflow import stage_work, stages
 from millscale.workflow.stage_record import read_record
 from small_campaign import TEXT
@@ -90,7 +91,7 @@ def test_a_case_that_is_not_accepted_is_not_begun(case, monkeypatch):
         changed = {name: value for name, value in document.items() if name != key}
         changed |= {"ball": document["ball"] | {"radius_m": "$(step)"}} if key == "schema" else {}
         (case / "case.json").write_text(json.dumps(changed))
-        with pytest.raises(CampaignError):
+        with pytest.raises(RunFolderError):
             stages.run_stage(case, "charge")
     assert not (case / "stage.json").exists()
 
@@ -119,7 +120,7 @@ def test_a_result_appears_only_when_it_is_published(tmp_path, cases, monkeypatch
 def rotated(tmp_path, cases, monkeypatch):
     """A rotation that was stopped when all but its last products were in place."""
     monkeypatch.setenv("MILLSCALE_ENGINE", "/bin/true")
-    document = cases["multi-ball"].document
+    document = cases["multi-ball"]
     (tmp_path / "case.json").write_text(cases["multi-ball"].text())
     (tmp_path / "mill.in").write_text("run")
     task = stage_work.Task(stage_of("multi-ball", "rotate"), document, tmp_path, None, 1, 0, None)

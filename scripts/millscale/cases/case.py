@@ -1,13 +1,12 @@
-"""A case: one mill to simulate, every number of it resolved; the content of case.json."""
+"""The cases of a campaign: one scaled mill each, every number of it resolved."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
+
+from msgspec import structs
 
 from millscale.campaign.campaign import Campaign
 from millscale.cases import sections as parts
@@ -21,53 +20,12 @@ from millscale.cases.time_step import Step, steps_of
 from millscale.cases.wall_panels import wall_part
 from millscale.engine.code_version import installed_version
 from millscale.errors import CampaignError
-from millscale.runs.case_check import check_case, read_case
 from millscale.runs.case_digest import case_digest
+from millscale.runs.case_file import SCHEMA, Case, Predicted
 
-SCHEMA = 1
 SHORT_KIND = {"single-ball": "sb", "multi-ball": "mb"}
 SHORT_SCHEME = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
-
-
-@dataclass(frozen=True)
-class Case:
-    """One case; `document` is the content of its case.json, sections by name."""
-
-    document: Mapping[str, Any]
-
-    @property
-    def id(self) -> str:
-        """Name of the case and its folder."""
-        return self.document["id"]
-
-    @property
-    def kind(self) -> str:
-        """ "single-ball" or "multi-ball"."""
-        return self.document["kind"]
-
-    def __getitem__(self, section: str) -> Any:
-        return self.document[section]
-
-    def text(self) -> str:
-        """case.json as written."""
-        return json.dumps(self.document, indent=2, allow_nan=False) + "\n"
-
-    @staticmethod
-    def load(path: str | Path) -> Case:
-        """Case of a case.json.
-
-        Raises:
-            CampaignError: not a case.json of this schema.
-        """
-        path = Path(path)
-        document = read_case(path)
-        found = document.get("schema")
-        if found != SCHEMA:
-            raise CampaignError(
-                path, "schema", f"got {found!r:.60}", f"{SCHEMA}; run generate again"
-            )
-        check_case(path, document)
-        return Case(document)
+_NOT_PREDICTED = Predicted(particle_steps=0, ranks=1, wall_time_s=0.0, output_bytes=0)
 
 
 def cases_of(campaign: Campaign) -> list[Case]:
@@ -83,7 +41,7 @@ def cases_of(campaign: Campaign) -> list[Case]:
         for model, step in zip(models, steps_of(campaign, models), strict=True):
             cases += _cases(campaign, model, step)
     for case in cases:
-        check_budget(campaign.file, case.document, campaign.output_budget)
+        check_budget(campaign.file, case, campaign.output_budget)
     seen: set[str] = set()
     for case in cases:
         if case.id in seen:
@@ -109,14 +67,16 @@ def _cases(campaign: Campaign, model: Model, step: Step) -> list[Case]:
     """
     study = model.study
     try:
-        document = _document(campaign, model, step)
+        case = _case(campaign, model, step)
     except ArithmeticError as cause:
         raise _beyond_arithmetic(campaign, model, str(cause)) from None
-    beyond = next((key for key, number in numbers(document) if not math.isfinite(number)), None)
+    beyond = next(
+        (key for key, number in numbers(case.document) if not math.isfinite(number)), None
+    )
     if beyond:
         raise _beyond_arithmetic(campaign, model, f"{beyond} is not finite")
     seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
-    return [_seeded(document, model, seed) for seed in seeds]
+    return [_seeded(case, model, seed) for seed in seeds]
 
 
 def _beyond_arithmetic(campaign: Campaign, model: Model, cause: str) -> CampaignError:
@@ -128,52 +88,51 @@ def _beyond_arithmetic(campaign: Campaign, model: Model, cause: str) -> Campaign
     )
 
 
-def _seeded(document: Mapping[str, Any], model: Model, seed: int) -> Case:
-    own = {**document, "id": case_id(model, seed), "seed": seed}
-    return Case(own | {"digest": case_digest(own)})
+def _seeded(case: Case, model: Model, seed: int) -> Case:
+    own = structs.replace(case, id=case_id(model, seed), seed=seed)
+    return structs.replace(own, digest=case_digest(own.document))
 
 
-def _document(campaign: Campaign, model: Model, step: Step) -> dict[str, Any]:
-    """case.json of a model without its id, seed and digest."""
+def _case(campaign: Campaign, model: Model, step: Step) -> Case:
+    """Return the case of a model without its id, seed and digest."""
     study = model.study
     time = parts.time_part(campaign, model, step)
     warned = check_model(campaign, model, step.limits)
     ball = parts.ball_part(campaign, model)
     terms = terms_of(campaign, model)
-    document: dict[str, Any] = {
-        "schema": SCHEMA,
-        "id": "",
-        "campaign": campaign.name,
-        "kind": study.kind,
-        "scheme": model.scheme,
-        "policy": model.policy,
-        "S": model.S,
-        "time_factor": model.time_factor,
-        "allow_centrifuging": campaign.mill.allow_centrifuging,
-        "seed": 0,
-        "physical": parts.physical_part(campaign),
-        "mill": parts.mill_part(model),
-        "factors": parts.factors_part(model),
-        "predicted_energy_ratio": model.scaled.predicted_energy_ratio,
-        "centre_path_energy_ratio": model.scaled.centre_path_energy_ratio,
-        "groups": parts.groups_part(campaign, model),
-        "ball": ball,
-        "material": parts.material_part(campaign, model),
-        "time": time,
-    }
-    if study.kind == "multi-ball":
-        document["charge"] = parts.charge_part(campaign, model, ball["count"], time)
-    document |= {
-        "wall": wall_part(campaign, model),
-        "deck": deck_part(terms, campaign, study),
-        "domain": parts.domain_part(campaign, model),
-        "output": parts.output_part(study, model, time),
-        "warnings": [*campaign.warnings, *step.warnings, *warned],
-        "model": statements(campaign, model, statements_of(terms)),
-        "versions": {"millscale": installed_version()},
-    }
-    document["predicted"] = _predicted(document)
-    return document
+    single = study.kind == "single-ball"
+    case = Case(
+        schema=SCHEMA,
+        id="",
+        campaign=campaign.name,
+        kind=study.kind,
+        scheme=model.scheme,
+        policy=model.policy,
+        S=model.S,
+        time_factor=model.time_factor,
+        allow_centrifuging=campaign.mill.allow_centrifuging,
+        seed=0,
+        physical=parts.physical_part(campaign),
+        mill=parts.mill_part(model),
+        factors=parts.factors_part(model),
+        predicted_energy_ratio=model.scaled.predicted_energy_ratio,
+        centre_path_energy_ratio=model.scaled.centre_path_energy_ratio,
+        groups=parts.groups_part(campaign, model),
+        ball=ball,
+        material=parts.material_part(campaign, model),
+        time=time,
+        charge=None if single else parts.charge_part(campaign, model, ball.count, time),
+        wall=wall_part(campaign, model),
+        deck=deck_part(terms, campaign, study),
+        domain=parts.domain_part(campaign, model),
+        output=parts.output_part(study, model, time),
+        warnings=(*campaign.warnings, *step.warnings, *warned),
+        model=statements(campaign, model, statements_of(terms)),
+        versions={"millscale": installed_version()},
+        predicted=_NOT_PREDICTED,
+        digest="",
+    )
+    return structs.replace(case, predicted=_predicted(case))
 
 
 def numbers(content: Any, key: str = "") -> Iterator[tuple[str, float]]:
@@ -188,12 +147,11 @@ def numbers(content: Any, key: str = "") -> Iterator[tuple[str, float]]:
         yield key, content
 
 
-def _predicted(document: Mapping[str, Any]) -> dict[str, float | int]:
-    """Cost on one core; the plan and the run predict for the ranks they choose."""
-    steps = document["time"]["settle_steps"] + document["time"]["steps"]
-    return {
-        "particle_steps": document["ball"]["count"] * steps,
-        "ranks": 1,
-        "wall_time_s": wall_time(document, 1),
-        "output_bytes": output_bytes(document),
-    }
+def _predicted(case: Case) -> Predicted:
+    """Return the cost on one core; the plan and the run predict for the ranks they choose."""
+    return Predicted(
+        particle_steps=case.ball.count * (case.time.settle_steps + case.time.steps),
+        ranks=1,
+        wall_time_s=wall_time(case, 1),
+        output_bytes=output_bytes(case),
+    )

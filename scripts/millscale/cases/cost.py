@@ -17,7 +17,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from millscale.runs.case_check import check_case, read_case
+from millscale.runs.case_file import load_case
 from millscale.runs.untrusted import read_object
 
 Document = Mapping[str, Any]
@@ -139,8 +139,7 @@ def learned(folders: Iterable[Path], cpu: str) -> Rates:
         try:
             timing = read_object(folder / "timing.json", "")
             if timing["hardware"]["cpu"] == cpu:
-                case = read_case(folder / "case.json")
-                check_case(folder / "case.json", case)
+                case = load_case(folder)
                 path, ratio = path_of(case), _ratio(case, timing)
                 ratios.setdefault(path, []).append(ratio)
         except (ValueError, KeyError, TypeError, ArithmeticError):

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from millscale.campaign.campaign import Campaign, Study
 from millscale.campaign.keys import DAMPINGS, SURFACES
 from millscale.cases.law import Model
+from millscale.runs.case_file import Deck, Modelled, Statement
 
 BETWEEN = {"pp": "between balls", "pw": "of ball and wall"}
 
@@ -61,7 +62,7 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> dict[str, str]:
+def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> Deck:
     """The part `deck` of a case.json: value of each switch, who evaluates contacts and how.
 
     Keys that a case does not need are left out, so that cases made before they existed keep their
@@ -71,26 +72,25 @@ def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> dict[str, 
     # A ball that is alone takes a step that the dashpot of its one contact allows as it is.
     wall = damping if campaign.wall.kind == "analytic" else DAMPINGS["plain"]
     switches = {term.switch: term.values[term.inside] for term in terms}
-    return switches | {
-        "surface": SURFACES[campaign.contacts],
-        "tangential_damping": damping,
-        **({"wall_damping": wall} if study.kind == "multi-ball" else {}),
-        **({"precision": campaign.precision} if campaign.precision != "double" else {}),
-        **({"ledger": "on"} if study.ledger else {}),
-    }
+    return Deck(
+        **switches,
+        surface=SURFACES[campaign.contacts],
+        tangential_damping=damping,
+        wall_damping=wall if study.kind == "multi-ball" else None,
+        precision=campaign.precision,
+        ledger="on" if study.ledger else "off",
+    )
 
 
-def statements_of(terms: list[Term]) -> dict[str, list[dict[str, str]]]:
-    """Return the lists `in` and `out` of {what, reason}.
-
-    Ball-ball terms are omitted if the case has one ball.
-    """
+def statements_of(terms: list[Term]) -> Modelled:
+    """Return the terms in words. Ball-ball terms are omitted if the case has one ball."""
     alone = not next(term.inside for term in terms if term.name == "pair")
     said = [term for term in terms if not (alone and term.switch.endswith("_pp"))]
-    return {
-        side: [{"what": t.what, "reason": t.reason} for t in said if t.inside == (side == "in")]
-        for side in ("in", "out")
-    }
+    statements = [(term.inside, Statement(what=term.what, reason=term.reason)) for term in said]
+    return Modelled(
+        inside=tuple(x for inside, x in statements if inside),
+        outside=tuple(x for inside, x in statements if not inside),
+    )
 
 
 def _rolling(campaign: Campaign, pair: str) -> Term:

@@ -12,14 +12,14 @@ from typing import Any
 
 from millscale.campaign.build import load_campaign
 from millscale.campaign.campaign import Campaign
-from millscale.cases.case import SCHEMA, Case, cases_of
+from millscale.cases.case import cases_of
 from millscale.engine.code_version import installed_version
 from millscale.errors import CampaignError
-from millscale.runs.case_check import CASE_ID
 from millscale.runs.case_digest import case_digest
+from millscale.runs.case_file import SCHEMA, Case
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
-from millscale.runs.untrusted import MOST_JSON, RunFolderError, read_object, read_text
+from millscale.runs.untrusted import MOST_JSON, RunFolderError, is_id, read_object, read_text
 from millscale.runs.writing import write_text
 from millscale.terminal import one_line
 
@@ -54,7 +54,7 @@ def generate(
         folder.mkdir(parents=True, exist_ok=True)
         found = _digest_of(folder / CASE_FILE)
         chosen = only is None or case.id in only or found is None
-        if chosen and found != case["digest"]:
+        if chosen and found != case.digest:
             write_text(folder / CASE_FILE, case.text())
     _write_if_new(runs / CAMPAIGN_COPY, Path(campaign_file).read_text(encoding="utf-8"))
     _write_if_new(runs / CAMPAIGN_FILE, json.dumps(_summary(campaign, cases), indent=2) + "\n")
@@ -76,7 +76,7 @@ def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:
     if owner["name"] != campaign.name:
         cause = f'belongs to campaign "{owner["name"]}", {campaign.file} is "{campaign.name}"'
         raise CampaignError(runs, "", cause, other)
-    physical = json.loads(json.dumps(cases[0]["physical"]))
+    physical = cases[0].document["physical"]
     for key, value in physical.items():
         if (found := owner["physical"].get(key, value)) != value:
             cause = f"belongs to another physical mill: its {key} is {found!r:.60}, not {value!r}"
@@ -125,7 +125,7 @@ def read_summary(runs: Path) -> dict[str, Any]:
     if not isinstance(name, str) or not isinstance(ids, list):
         raise CampaignError(path, "", "not understood", accepted)
     for case_id in ids:
-        if not isinstance(case_id, str) or not CASE_ID.fullmatch(case_id):
+        if not is_id(case_id):
             cause = f"got {case_id!r:.60}, not the id of a case"
             raise CampaignError(path, "cases", cause, "ids such as sb-cg-paper-S1.000")
     return summary
@@ -134,7 +134,7 @@ def read_summary(runs: Path) -> dict[str, Any]:
 def changed_cases(cases: list[Case], runs: str | Path) -> set[str]:
     """Ids of the cases that `generate` would write, new ones included."""
     folder = Path(runs) / CASES_FOLDER
-    return {case.id for case in cases if _digest_of(folder / case.id / CASE_FILE) != case["digest"]}
+    return {case.id for case in cases if _digest_of(folder / case.id / CASE_FILE) != case.digest}
 
 
 def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
@@ -144,8 +144,8 @@ def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
         "about": campaign.about,
         "file": one_line(campaign.file.name),
         "cases": [case.id for case in cases],
-        "digests": {case.id: case["digest"] for case in cases},
-        "physical": cases[0]["physical"],
+        "digests": {case.id: case.digest for case in cases},
+        "physical": cases[0].document["physical"],
         "copy": _sha256(campaign.file.read_text(encoding="utf-8")),
         "run": {"ranks": campaign.ranks, "jobs": campaign.jobs},
         "versions": {"millscale": installed_version()},

@@ -7,8 +7,7 @@ import math
 from millscale.campaign.campaign import Campaign
 from millscale.cases.law import Model, physical_mill
 from millscale.cases.time_step import impact_speed
-
-Statement = dict[str, str]
+from millscale.runs.case_file import Modelled, Statement
 
 POLICY_REASONS = {
     "paper": "the law for point masses is applied as it stands",
@@ -20,22 +19,20 @@ AIR_DENSITY = 1.2
 DRAG_COEFFICIENT = 0.47
 
 
-def statements(
-    campaign: Campaign, model: Model, of_decks: dict[str, list[Statement]]
-) -> dict[str, list[Statement]]:
-    """`in` and `out`: lists of {what, reason}.
+def statements(campaign: Campaign, model: Model, of_decks: Modelled) -> Modelled:
+    """Return what a case models and what it leaves out.
 
     Args:
-        of_decks: the same of what depends on the scene, from `deck_terms`.
+        of_decks: the statements about the terms that depend on the scene, from `deck_terms`.
     """
-    return {
-        "in": _modelled(campaign, model) + of_decks["in"],
-        "out": _left_out(campaign, model) + of_decks["out"],
-    }
+    return Modelled(
+        inside=(*_modelled(campaign, model), *of_decks.inside),
+        outside=(*_left_out(campaign, model), *of_decks.outside),
+    )
 
 
 def _say(what: str, reason: str) -> Statement:
-    return {"what": what, "reason": reason}
+    return Statement(what=what, reason=reason)
 
 
 def _modelled(campaign: Campaign, model: Model) -> list[Statement]:

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from millscale.errors import CampaignError
-from millscale.runs.case_check import check_word
 from millscale.runs.writing import write_text
 
 FILE = "parameters.in"
@@ -80,12 +78,6 @@ def parameters_text(case: Mapping[str, Any]) -> str:
     bring a number back exactly.
     """
     values = parameters(case)
-    for name, value in values.items():
-        # A deck can run programs: a word of case.json must not bring in a line of its own.
-        if not (name.isascii() and name.isidentifier()):
-            raise CampaignError("case.json", "deck", f"got the key {name!r:.60}", "a plain name")
-        if isinstance(value, str) or not isinstance(value, int | float):
-            check_word("case.json", name, value)
     lines = [f"# {case['id']}: values of the decks, SI units"]
     lines += [
         f"variable {name} string {value if isinstance(value, str) else repr(value)}"

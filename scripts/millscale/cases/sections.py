@@ -13,6 +13,18 @@ from millscale.cases.wall_panels import chord_error, resting_height, shape_of
 from millscale.errors import CampaignError
 from millscale.packing.ball_sizes import mean_volume
 from millscale.packing.charge import Room, capacity
+from millscale.runs.case_file import (
+    Balls,
+    Charge,
+    Domain,
+    Factors,
+    Groups,
+    Material,
+    Mill,
+    Output,
+    PhysicalMill,
+    Times,
+)
 
 # The start of a single ball, above the liner, in ball radii: it must not overlap the mesh.
 START_GAP = 1e-3
@@ -28,11 +40,9 @@ THERMO_LINES = 200
 MOST_STEPS = 2_000_000_000
 MOST_BALLS = 10_000_000
 
-Part = dict[str, Any]
 
-
-def liner_part(liner: _core.Liner) -> Part:
-    """Cross-section shared by `physical` and `mill`."""
+def liner_part(liner: _core.Liner) -> dict[str, Any]:
+    """Return the keys of the cross-section, which `physical` and `mill` share."""
     return {
         "lifter_top_radius_m": liner.lifter_top_radius,
         "lifter_top_width_m": liner.lifter_top_width,
@@ -42,91 +52,90 @@ def liner_part(liner: _core.Liner) -> Part:
     }
 
 
-def physical_part(campaign: Campaign) -> Part:
+def physical_part(campaign: Campaign) -> PhysicalMill:
     """The physical mill."""
     mill = campaign.mill
-    return {
-        "radius_m": mill.radius,
-        "ball_radius_m": campaign.ball.radius,
-        "gravity_m_s2": mill.gravity,
-        "omega_rad_s": mill.omega,
-        "length_m": mill.length,
+    return PhysicalMill(
+        radius_m=mill.radius,
+        ball_radius_m=campaign.ball.radius,
+        gravity_m_s2=mill.gravity,
+        omega_rad_s=mill.omega,
+        length_m=mill.length,
         **liner_part(physical_liner(campaign)),
-    }
+    )
 
 
-def mill_part(model: Model) -> Part:
+def mill_part(model: Model) -> Mill:
     """The scaled mill, its operating point and the numbers that follow from it."""
     mill, froude = model.scaled.mill, model.scaled.froude
     critical = _core.critical_speed(mill)
-    return {
-        "radius_m": model.liner.radius,
-        "length_m": model.length,
-        "simulated_length_m": model.simulated_length,
-        "gravity_m_s2": mill.gravity,
-        "omega_rad_s": mill.omega,
-        "froude": froude,
-        "critical_speed_rad_s": critical,
-        "percent_of_critical": 100.0 * mill.omega / critical,
-        "detach_angle_deg": (math.degrees(_core.detach_angle(froude)) if froude <= 1.0 else None),
-        "regime": _core.regime(froude),
+    return Mill(
+        radius_m=model.liner.radius,
+        length_m=model.length,
+        simulated_length_m=model.simulated_length,
+        gravity_m_s2=mill.gravity,
+        omega_rad_s=mill.omega,
+        froude=froude,
+        critical_speed_rad_s=critical,
+        percent_of_critical=100.0 * mill.omega / critical,
+        detach_angle_deg=(math.degrees(_core.detach_angle(froude)) if froude <= 1.0 else None),
+        regime=_core.regime(froude),
         **liner_part(model.liner),
-        "phase_rad": model.liner.phase,
-        "area_m2": model.liner.area,
-    }
+        phase_rad=model.liner.phase,
+        area_m2=model.liner.area,
+    )
 
 
-def factors_part(model: Model) -> Part:
+def factors_part(model: Model) -> Factors:
     """Factors scaled / physical of the law."""
     base = model.scaled.base
-    return {
-        "length": base.length,
-        "mass": base.mass,
-        "time": base.time,
-        "energy": _core.factor(base, 2, 1, -2),
-    }
+    return Factors(
+        length=base.length,
+        mass=base.mass,
+        time=base.time,
+        energy=_core.factor(base, 2, 1, -2),
+    )
 
 
-def groups_part(campaign: Campaign, model: Model) -> Part:
+def groups_part(campaign: Campaign, model: Model) -> Groups:
     """Ratios to the ball size: what no policy can keep, to be looked at for every S."""
     diameter = 2.0 * campaign.ball.radius
-    return {
-        "ball_radius_over_mill_radius": 0.5 * diameter / model.liner.radius,
-        "lifter_height_over_ball_diameter": (
+    return Groups(
+        ball_radius_over_mill_radius=0.5 * diameter / model.liner.radius,
+        lifter_height_over_ball_diameter=(
             (model.liner.radius - model.liner.lifter_top_radius) / diameter
             if model.liner.lifters
             else 0.0
         ),
-        "groove_width_over_ball_diameter": model.liner.groove_width / diameter,
-        "length_over_ball_diameter": model.simulated_length / diameter,
-    }
+        groove_width_over_ball_diameter=model.liner.groove_width / diameter,
+        length_over_ball_diameter=model.simulated_length / diameter,
+    )
 
 
-def ball_part(campaign: Campaign, model: Model) -> Part:
-    """The balls; mass is the mean of their distribution."""
+def ball_part(campaign: Campaign, model: Model) -> Balls:
+    """Return the balls; their mass is the mean of their distribution."""
     single = model.study.kind == "single-ball"
     ball = campaign.ball
     volume = 4.0 / 3.0 * math.pi * ball.radius**3 if single else mean_volume(ball)
-    part: Part = {
-        "radius_m": ball.radius,
-        "density_kg_m3": ball.density,
-        "mass_kg": ball.density * volume,
-        "radius_std_m": 0.0 if single else ball.radius_std,
-        "truncation": ball.truncation,
-        "count": ball_count(campaign, model),
-    }
-    if single:
-        part["start_m"] = start_position(model, ball.radius, chord_error(campaign, model))
-    return part
+    start = start_position(model, ball.radius, chord_error(campaign, model)) if single else None
+    return Balls(
+        radius_m=ball.radius,
+        density_kg_m3=ball.density,
+        mass_kg=ball.density * volume,
+        radius_std_m=0.0 if single else ball.radius_std,
+        truncation=ball.truncation,
+        count=ball_count(campaign, model),
+        start_m=start,
+    )
 
 
-def start_position(model: Model, ball_radius: float, error: float) -> list[float]:
+def start_position(model: Model, ball_radius: float, error: float) -> tuple[float, float, float]:
     """Centre of a ball at rest under the axis, in the middle of the length: [x, y, z] [m].
 
     It lies on whatever panel is at the bottom: of the groove, or with another phase of a lifter.
     """
     z = resting_height(shape_of(model.liner), error, ball_radius * (1.0 + START_GAP))
-    return [0.0, 0.5 * model.simulated_length, z]
+    return 0.0, 0.5 * model.simulated_length, z
 
 
 def ball_count(campaign: Campaign, model: Model) -> int:
@@ -151,24 +160,24 @@ def ball_count(campaign: Campaign, model: Model) -> int:
     return round(count)
 
 
-def material_part(campaign: Campaign, model: Model) -> Part:
+def material_part(campaign: Campaign, model: Model) -> Material:
     """Elastic constants of this model and coefficients of the contact law."""
     material = campaign.material
-    return {
-        "youngs_modulus_pa": model.youngs_modulus,
-        "shear_modulus_pa": model.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)),
-        "poisson_ratio": material.poisson_ratio,
-        "restitution_pp": material.restitution_pp,
-        "restitution_pw": material.restitution_pw,
-        "static_friction_pp": material.static_friction_pp,
-        "static_friction_pw": material.static_friction_pw,
-        "rolling_friction_pp": material.rolling_friction_pp,
-        "rolling_friction_pw": material.rolling_friction_pw,
-        "stiffness": campaign.stiffness,
-    }
+    return Material(
+        youngs_modulus_pa=model.youngs_modulus,
+        shear_modulus_pa=model.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)),
+        poisson_ratio=material.poisson_ratio,
+        restitution_pp=material.restitution_pp,
+        restitution_pw=material.restitution_pw,
+        static_friction_pp=material.static_friction_pp,
+        static_friction_pw=material.static_friction_pw,
+        rolling_friction_pp=material.rolling_friction_pp,
+        rolling_friction_pw=material.rolling_friction_pw,
+        stiffness=campaign.stiffness,
+    )
 
 
-def time_part(campaign: Campaign, model: Model, step: Step) -> Part:
+def time_part(campaign: Campaign, model: Model, step: Step) -> Times:
     """Time step, its limits, and the times of the case; equal mill angles in every model.
 
     `steps` and `duration_s` are those of the run that turns the mill: rest and rotation of a single
@@ -191,65 +200,65 @@ def time_part(campaign: Campaign, model: Model, step: Step) -> Part:
             f"makes {wait_steps + rotation_steps:.3g} time steps at S = {model.S:g}",
             f"<= {MOST_STEPS:g}",
         )
-    return {
-        "step_s": dt,
-        "step_choice": step.choice,
-        "rest_steps": wait_steps if single else 0,
-        "settle_steps": 0 if single else wait_steps,
-        "rotation_steps": rotation_steps,
-        "start_s": wait_steps * dt,
-        "rotation_angle_rad": study.rotation_angle,
-        "duration_s": steps * dt,
-        "steps": steps,
-        "sample_angle_rad": study.sample_angle,
-        "rayleigh_time_s": limits.rayleigh,
-        "rayleigh_fraction": dt / limits.rayleigh,
-        "damping_limit_s": limits.damping,
-        "limit_fraction": dt / limits.damping,
-        "mean_overlap_m": limits.overlap,
-        "impact_speed_m_s": limits.impact_speed,
-        "collision_time_s": limits.collision,
-        "steps_per_contact": limits.collision / dt,
-    }
+    return Times(
+        step_s=dt,
+        step_choice=step.choice,
+        rest_steps=wait_steps if single else 0,
+        settle_steps=0 if single else wait_steps,
+        rotation_steps=rotation_steps,
+        start_s=wait_steps * dt,
+        rotation_angle_rad=study.rotation_angle,
+        duration_s=steps * dt,
+        steps=steps,
+        sample_angle_rad=study.sample_angle,
+        rayleigh_time_s=limits.rayleigh,
+        rayleigh_fraction=dt / limits.rayleigh,
+        damping_limit_s=limits.damping,
+        limit_fraction=dt / limits.damping,
+        mean_overlap_m=limits.overlap,
+        impact_speed_m_s=limits.impact_speed,
+        collision_time_s=limits.collision,
+        steps_per_contact=limits.collision / dt,
+    )
 
 
-def output_part(study: Study, model: Model, time: Part) -> Part:
+def output_part(study: Study, model: Model, time: Times) -> Output:
     """Steps between outputs, from mill angles; `thermo_steps` feeds the progress display.
 
     Lines of the engine's log are at steps of the series, so that the two can be compared.
     """
-    turn = model.scaled.mill.omega * time["step_s"]
+    turn = model.scaled.mill.omega * time.step_s
     sample_steps = max(1, round(study.sample_angle / turn))
-    return {
-        "thermo_steps": sample_steps * max(1, time["steps"] // (THERMO_LINES * sample_steps)),
-        "sample_steps": sample_steps,
-        "dump_angle_rad": study.dump_angle,
-        "dump_steps": max(1, round(study.dump_angle / turn)),
-        "restart_angle_rad": study.restart_angle,
-        "restart_steps": max(1, round(study.restart_angle / turn)),
-    }
+    return Output(
+        thermo_steps=sample_steps * max(1, time.steps // (THERMO_LINES * sample_steps)),
+        sample_steps=sample_steps,
+        dump_angle_rad=study.dump_angle,
+        dump_steps=max(1, round(study.dump_angle / turn)),
+        restart_angle_rad=study.restart_angle,
+        restart_steps=max(1, round(study.restart_angle / turn)),
+    )
 
 
-def charge_part(campaign: Campaign, model: Model, count: int, time: Part) -> Part:
+def charge_part(campaign: Campaign, model: Model, count: int, time: Times) -> Charge:
     """The charge of a multi-ball case."""
     charge = model.study.charge
     solid = count * mean_volume(campaign.ball) / (model.liner.area * model.simulated_length)
-    return {
-        "filling": charge.filling,
-        "porosity": charge.porosity if charge.filling is not None else None,
-        "solid_fraction": solid,
-        "slice_length_m": charge.slice_length,
-        "settle_s": time["start_s"],
-    }
+    return Charge(
+        filling=charge.filling,
+        porosity=charge.porosity if charge.filling is not None else None,
+        solid_fraction=solid,
+        slice_length_m=charge.slice_length,
+        settle_s=time.start_s,
+    )
 
 
-def domain_part(campaign: Campaign, model: Model) -> Part:
+def domain_part(campaign: Campaign, model: Model) -> Domain:
     """The engine's box around the mill and its neighbour skin."""
     ball = campaign.ball
     largest = ball.radius + ball.radius_std * ball.truncation
     single = model.study.kind == "single-ball"
     skin = SINGLE_BALL_SKIN if single else SKIN[campaign.contacts]
-    return {
-        "half_box_m": model.liner.radius + BOX_MARGIN * largest,
-        "skin_m": skin * ball.radius,
-    }
+    return Domain(
+        half_box_m=model.liner.radius + BOX_MARGIN * largest,
+        skin_m=skin * ball.radius,
+    )

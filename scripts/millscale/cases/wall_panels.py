@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from millscale.errors import CampaignError
 from millscale.mesh import LinerMesh, default_chord_error
 from millscale.mesh.curvature import between_deg
 from millscale.mesh.panels import fewest_divisions, fits, panel_range_deg
+from millscale.runs.case_file import Wall
 
 # A text file of so many takes half a gigabyte.
 MOST_TRIANGLES = 2_000_000
 
 
-def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
+def wall_part(campaign: Campaign, model: Model) -> Wall:
     """The part `wall` of a case.json.
 
     Of an analytic wall the triangles are for looking only: the engine sees none, so none is too
@@ -35,9 +36,9 @@ def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
     if wall.kind == "mesh":
         divisions = _divisions(campaign, model, *panels)
         limits = panel_range_deg(*panels, length / divisions)
-        curvature = {"curvature_deg": between_deg(*limits)}
+        curvature = between_deg(*limits)
     else:
-        divisions, curvature = wall.axial_divisions or 1, {}
+        divisions, curvature = wall.axial_divisions or 1, None
     triangles = 2 * len(panels[0]) * divisions
     if triangles > MOST_TRIANGLES:
         raise CampaignError(
@@ -46,13 +47,13 @@ def wall_part(campaign: Campaign, model: Model) -> dict[str, Any]:
             f"makes {triangles:,} triangles at S = {model.S:g}",
             f"<= {MOST_TRIANGLES:,}: a larger chord_error_m or fewer axial_divisions",
         )
-    return {
-        "kind": wall.kind,
-        "chord_error_m": error,
-        "axial_divisions": divisions,
-        "triangles": triangles,
-        **curvature,
-    }
+    return Wall(
+        kind=wall.kind,
+        chord_error_m=error,
+        axial_divisions=divisions,
+        triangles=triangles,
+        curvature_deg=curvature,
+    )
 
 
 def _divisions(campaign: Campaign, model: Model, profile: np.ndarray, kinds: np.ndarray) -> int:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from millscale.engine.restart_file import RestartFile
-from millscale.runs.case_check import MOST_RANKS, MOST_STEPS
+from millscale.runs.case_file import MOST_RANKS, MOST_STEPS
 from millscale.runs.digests import digest_of
 from millscale.runs.untrusted import as_record, read_object
 from millscale.runs.writing import write_json

@@ -21,7 +21,7 @@ from millscale.engine.code_version import code
 from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.engine.log import engine_version
 from millscale.engine.machine import hardware
-from millscale.runs.case_digest import case_digest
+from millscale.runs.case_file import Case
 from millscale.runs.digests import digest_of, files_of
 from millscale.runs.provenance import read_provenance
 
@@ -32,7 +32,7 @@ class DamagedFileError(RuntimeError):
 
 def stage_provenance(
     folder: Path,
-    case: Mapping[str, Any],
+    case: Case,
     inputs: Iterable[str],
     made: Mapping[str, Path],
     log: Path,
@@ -42,7 +42,6 @@ def stage_provenance(
 
     Args:
         folder: case folder, with the inputs.
-        case: content of its case.json.
         made: files and folders of files the stage publishes, by name.
         log: of the engine; need not exist.
     """
@@ -58,7 +57,7 @@ def stage_provenance(
         "command": os.environ.get(COMMAND_VARIABLE, ""),
         "stage_command": shlex.join(sys.argv),
         "ended": time.time(),
-        "case": case_digest(case),
+        "case": case.digest,
         "inputs": {name: digest_of(folder / name) for name in files_of(folder, inputs)},
         "products": {
             name: digest_of(path.parent / name)

@@ -1,4 +1,4 @@
-"""Hashes of the content of a case.json: of what decides the case, without what is only said."""
+"""Hashes of what decides a case: the content of case.json without what only informs."""
 
 from __future__ import annotations
 
@@ -7,28 +7,19 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-# Parts that inform: a case need not run again because their wording or numbers change.
-SAID = ("digest", "model", "predicted", "versions", "warnings")
+# Keys that inform: a case need not run again because their wording or numbers change.
+INFORMING = ("digest", "model", "predicted", "versions", "warnings")
 NAMES = ("id", "campaign")
 
 
 def case_digest(case: Mapping[str, Any]) -> str:
-    """Hash of all that decides a case: everything but what is only said about it."""
-    return _hash({key: value for key, value in case.items() if key not in SAID})
+    """Return the hash of all that decides a case: of every key but those that only inform."""
+    return _hash({key: value for key, value in case.items() if key not in INFORMING})
 
 
 def case_identity(case: Mapping[str, Any]) -> str:
-    """The same without names, so that a case of another campaign can be the same case."""
-    return _hash({key: value for key, value in case.items() if key not in (*SAID, *NAMES)})
-
-
-def is_outdated(campaign: Mapping[str, Any], case: Mapping[str, Any]) -> bool:
-    """Whether a campaign.json names another content for a case than its case.json has: the campaign
-    was edited since, and the case has not been run again."""
-    wanted = campaign.get("digests")
-    if not isinstance(wanted, Mapping) or case.get("id") not in wanted:
-        return False
-    return wanted[case["id"]] != case_digest(case)
+    """Return the hash of the same keys without names: equal for the same case of two campaigns."""
+    return _hash({key: value for key, value in case.items() if key not in (*INFORMING, *NAMES)})
 
 
 def _hash(content: Mapping[str, Any]) -> str:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from millscale.runs.analysed_case import check_case
+from millscale.runs.case_file import Case, load_case
 from millscale.runs.current import why_stale
-from millscale.runs.layout import STAGES
 from millscale.runs.untrusted import RunFolderError, is_id, read_object
 from millscale.terminal import one_line
 
@@ -29,13 +28,13 @@ class FinishedCase:
     """What a case folder holds once its analysis is done."""
 
     folder: Path
-    case: dict[str, Any]
+    case: Case
     result: dict[str, Any]
     timing: dict[str, Any]
 
     @property
     def id(self) -> str:
-        return self.case["id"]
+        return self.case.id
 
 
 def read_json(path: Path, made_by: str) -> dict[str, Any]:
@@ -58,14 +57,6 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
     return content
 
 
-def load_case(folder: Path) -> dict[str, Any]:
-    """The case.json of a case folder."""
-    made_by = "millscale generate FILE --runs DIR"
-    case = read_json(folder / CASE, made_by)
-    check_case(folder / CASE, case, f"make it again with: {made_by}")
-    return case
-
-
 def load_timing(folder: Path) -> dict[str, Any]:
     """The timing.json of a case folder."""
     return read_json(folder / TIMING, _run(folder))
@@ -81,7 +72,7 @@ def load_finished(folder: Path) -> FinishedCase:
     check_current(folder, case)
     made_by = shlex.join(["python", "-m", "millscale.analysis.case", str(folder)])
     result = read_json(folder / RESULT, made_by)
-    if case["kind"] == "multi-ball" and "torque_balance" not in result:
+    if case.kind == "multi-ball" and "torque_balance" not in result:
         cause = "its torque and power are samples of single steps, made by an earlier version"
         raise RunFolderError(folder / RESULT, cause, f"run the case again: {_run(folder)}")
     return FinishedCase(folder, case, result, load_timing(folder))
@@ -97,7 +88,7 @@ def finished_or_reason(folder: Path) -> FinishedCase | str:
         return one_line(f"{error.path.name}: {error.cause}; {error.remedy}")
 
 
-def check_current(folder: Path, case: dict[str, Any], upto: str = "result") -> None:
+def check_current(folder: Path, case: Case, upto: str = "result") -> None:
     """Refuse products that were not made from the case.json and the other files beside them.
 
     Args:
@@ -106,7 +97,7 @@ def check_current(folder: Path, case: dict[str, Any], upto: str = "result") -> N
     Raises:
         RunFolderError: says what has changed.
     """
-    if case["kind"] in STAGES and (reason := why_stale(folder, case["kind"], upto)):
+    if reason := why_stale(folder, case.kind, upto):
         raise RunFolderError(folder, f"stale: {reason}", f"make it again: {_run(folder)}")
 
 

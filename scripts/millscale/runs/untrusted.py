@@ -28,7 +28,8 @@ MOST_JSON, MOST_SERIES, MOST_DUMP, MOST_LOG = 1 << 26, 1 << 30, 1 << 32, 1 << 28
 _DEEPEST = 20
 # Digits of a whole number: numbers of steps and nanoseconds have 19 at most.
 _MOST_DIGITS = 20
-_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+# Name of a case and of its folder, such as sb-cg-paper-S1.000.
+ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}\Z"
 _NOT_REGULAR = "not a regular file"
 T = TypeVar("T")
 
@@ -258,4 +259,4 @@ def understood(path: Path, remedy: str) -> Iterator[None]:
 
 def is_id(value: Any) -> bool:
     """Whether a value is a name that stays in its folder."""
-    return isinstance(value, str) and _ID.fullmatch(value) is not None
+    return isinstance(value, str) and re.match(ID, value) is not None

@@ -15,8 +15,9 @@ from millscale.campaign.build import NAME, campaign_name, campaign_of
 from millscale.campaign.campaign import Campaign
 from millscale.campaign.keys import REQUIRED, SECTIONS, Key
 from millscale.campaign.reader import parse_toml, read_section, unknown_word
-from millscale.cases.case import Case, cases_of
+from millscale.cases.case import cases_of
 from millscale.errors import CampaignError, nearest
+from millscale.runs.case_file import Case
 
 Tree = dict[str, Any]
 MOST_SETTINGS = 1000

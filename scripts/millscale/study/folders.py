@@ -10,14 +10,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from millscale.cases.case import Case
 from millscale.cases.generate import changed_cases
 from millscale.errors import CampaignError
-from millscale.runs.case_check import read_case
-from millscale.runs.case_digest import case_identity
+from millscale.runs.case_file import load_case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
-from millscale.runs.untrusted import MOST_JSON, read_text
+from millscale.runs.untrusted import MOST_JSON, RunFolderError, read_text
 from millscale.runs.writing import write_json, write_text
 from millscale.study.file import Setting, StudyFile
 
@@ -64,18 +62,13 @@ def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str,
         for case in setting.cases
         if case.id not in changed and _is_finished(own / CASES_FOLDER / case.id)
     }
-    wanted = {identity(x): x.id for x in setting.cases if x.id not in found}
+    wanted = {x.identity: x.id for x in setting.cases if x.id not in found}
     others = [places.of(other) for other in study.settings if other is not setting]
     for folder in _case_folders([*places.others, *others]) if wanted else ():
         case_id = wanted.get(_identity_at(folder))
         if case_id and case_id not in found and _is_finished(folder):
             found[case_id] = folder
     return found
-
-
-def identity(case: Case) -> str:
-    """Hash of all that decides a case but its names."""
-    return case_identity(case.document)
 
 
 def record(study: StudyFile, places: Places) -> None:
@@ -89,7 +82,7 @@ def record(study: StudyFile, places: Places) -> None:
             {
                 "id": x.id,
                 "folder": _from(places.runs, found.get(x.id, own / CASES_FOLDER / x.id)),
-                "identity": identity(x),
+                "identity": x.identity,
             }
             for x in setting.cases
         ]
@@ -134,8 +127,8 @@ def _case_folders(runs: Sequence[Path]) -> Iterable[Path]:
 
 def _identity_at(folder: Path) -> str | None:
     try:
-        return identity(Case(read_case(folder / CASE_FILE)))
-    except CampaignError:
+        return load_case(folder).identity
+    except RunFolderError:
         return None
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from millscale.analysis.charge.comparison import measure_pairs
 from millscale.analysis.charge.errors import deviation
 from millscale.analysis.charge.scaled_mills import Charge
-from millscale.runs.case_digest import case_identity
 from millscale.runs.case_folder import (
     SCHEMA,
     RunFolderError,
@@ -85,7 +84,7 @@ def study_charges(runs: Path, about: Row) -> tuple[list[Charge], dict[str, str]]
             found = finished_or_reason(folder)
             if isinstance(found, str):
                 missing[name] = found
-            elif entry.get("identity", case_identity(found.case)) != case_identity(found.case):
+            elif entry.get("identity", found.case.identity) != found.case.identity:
                 missing[name] = f"case.json: not that of the study's setting; {MADE_BY} makes it"
             else:
                 charges.append(Charge(setting["name"], found))

@@ -24,7 +24,6 @@ from millscale.engine.log import engine_version, error_line, loop_timing, read_l
 from millscale.engine.output_files import check_output
 from millscale.engine.restart_file import SIGNATURE, NotWholeError, holds, read_restart
 from millscale.engine.timing import Before, timing_record
-from millscale.runs.case_digest import case_digest
 from millscale.runs.digests import Digests
 from millscale.runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, STAGES, Stage
 from millscale.runs.provenance import read_provenance
@@ -132,7 +131,7 @@ def check_replaced(folder: Path, case: Mapping[str, Any], stage: Stage) -> None:
             results made by hand.
     """
     record = read_provenance(folder).get(stage.name)
-    if stage.deck or record is None or record.get("case") != case_digest(case):
+    if stage.deck or record is None or record.get("case") != case.digest:
         return
     found = Digests(folder)
     made = {x: record["products"].get(x) for x in stage.products if not x.endswith(".in")}

@@ -14,9 +14,9 @@ from rich.progress import Progress
 from rich.table import Table
 from rich.text import Text
 
-from millscale.cases.case import Case
 from millscale.engine.machine import Allocation
 from millscale.formats import duration
+from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER
 from millscale.workflow.forecast import time_left
 from millscale.workflow.status import CaseStatus, case_status

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from millscale.cases.case import Case
 from millscale.engine.machine import Allocation
+from millscale.runs.case_file import Case
 from millscale.workflow.placement import makespan
 from millscale.workflow.status import CaseStatus
 

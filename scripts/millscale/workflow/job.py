@@ -28,9 +28,9 @@ from millscale.engine.ending_signals import (
 from millscale.engine.parent_death import end_with_parent
 from millscale.engine.temporary_folder import own_folder, run_has_gone
 from millscale.errors import CampaignError
-from millscale.runs.case_check import read_case
+from millscale.runs.case_file import load_case
 from millscale.runs.current import unfinished
-from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, Stage
+from millscale.runs.layout import CASES_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
 from millscale.workflow.jobs import job_named, read_jobs
@@ -48,7 +48,7 @@ def bring(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage
         ranks: MPI ranks, for the stages that run the engine.
         stop: whether to end before a stage.
     """
-    kind = read_case(folder / CASE_FILE)["kind"]
+    kind = load_case(folder).kind
     for stage in STAGES[kind]:
         # Asked anew: an earlier stage may have made again the very files that this one has read.
         if all(left != stage for left, _ in unfinished(folder, kind)):

@@ -10,10 +10,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from millscale.cases.case import Case
 from millscale.cases.cost import Rates, memory_mb, wall_time
 from millscale.engine.machine import Allocation
-from millscale.runs.case_check import MOST_RANKS
+from millscale.runs.case_file import MOST_RANKS, Case
 from millscale.runs.untrusted import as_record, is_id, read_json, understood
 from millscale.runs.writing import write_json
 

@@ -11,9 +11,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from millscale.cases.case import Case
 from millscale.engine.machine import Allocation, CoreWish
 from millscale.errors import CampaignError
+from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER, STAGES
 from millscale.workflow.stage_work import EarlierAttempt, attempt_of
 
@@ -38,7 +38,7 @@ def keep_ranks(
     """
     kept = {}
     for case in cases:
-        attempt = attempt_of(runs / CASES_FOLDER / case.id, case.document)
+        attempt = attempt_of(runs / CASES_FOLDER / case.id, case)
         if attempt is None or not attempt.ranks or case.id in changed:
             continue
         kept[case.id] = attempt.ranks

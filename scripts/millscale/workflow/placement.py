@@ -13,9 +13,9 @@ import heapq
 from collections import deque
 from collections.abc import Iterable, Sequence
 
-from millscale.cases.case import Case
 from millscale.cases.cost import BUILT_IN, Rates, most_ranks, wall_time
 from millscale.engine.machine import Allocation, CoreWish, allowed, available_cores
+from millscale.runs.case_file import Case
 
 # On a cluster a rank more must be worth at least so much of a core.
 LEAST_EFFICIENCY = 0.6

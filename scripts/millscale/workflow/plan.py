@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from msgspec import to_builtins
 from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
 from millscale.campaign.campaign import Campaign
-from millscale.cases.case import Case, cases_of
+from millscale.cases.case import cases_of
 from millscale.cases.cost import wall_time
 from millscale.cases.output_size import size_text
 from millscale.engine.machine import CoreWish, available_cores
 from millscale.formats import duration
+from millscale.runs.case_file import Case
 from millscale.workflow.placement import makespan, place
 
 Row = dict[str, Any]
@@ -65,13 +67,13 @@ def _row(case: Case, ranks: int, notes: tuple[str, ...] = ()) -> Row:
         **{key: time[key] for key in same_in_time},
         "predicted_energy_ratio": case["predicted_energy_ratio"],
         "centre_path_energy_ratio": case["centre_path_energy_ratio"],
-        "groups": case["groups"],
+        "groups": to_builtins(case.groups),
         "particle_steps": ball["count"] * steps,
         "ranks": ranks,
         "predicted_wall_time_s": wall_time(case, ranks),
         "output_bytes": case["predicted"]["output_bytes"],
         "warnings": [*case["warnings"], *(notes if case.kind == "multi-ball" else ())],
-        "model": case["model"],
+        "model": to_builtins(case.model),
     }
 
 

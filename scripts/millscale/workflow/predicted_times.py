@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from millscale.cases.case import Case
 from millscale.cases.cost import Rates, run_time
 from millscale.engine.machine import Allocation
 from millscale.formats import duration
+from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError, is_id, read_object
 from millscale.runs.writing import write_json

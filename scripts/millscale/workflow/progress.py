@@ -9,8 +9,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from millscale.cases.case import Case
 from millscale.engine.attempts import read_attempts
+from millscale.runs.case_file import Case
 from millscale.runs.layout import Stage
 from millscale.runs.untrusted import open_regular, read_head, read_tail
 

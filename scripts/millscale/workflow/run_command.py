@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 
 from millscale.campaign.build import load_campaign
-from millscale.cases.case import Case, cases_of
+from millscale.cases.case import cases_of
 from millscale.cases.cost import Rates, learned
 from millscale.cases.generate import changed_cases, check_owner, generate
 from millscale.cases.output_size import check_disk
@@ -18,6 +18,7 @@ from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_t
 from millscale.engine.machine import Allocation, CoreWish, hardware
 from millscale.errors import CampaignError, nearest
 from millscale.runs import digests
+from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, Stage
 from millscale.runs.lock import hold
@@ -105,7 +106,7 @@ def check_free_disk(asked: Request) -> None:
         folder = asked.runs / CASES_FOLDER / case.id
         left = unfinished(folder, case.kind, case_changed=case.id in changed)
         done.append(not any(stage.deck for stage, _ in left))
-    check_disk(asked.runs, [case.document for case in asked.cases], done)
+    check_disk(asked.runs, [case for case in asked.cases], done)
 
 
 def dry_run_campaign(asked: Request) -> str:
@@ -121,7 +122,7 @@ def dry_run_campaign(asked: Request) -> str:
         left = unfinished(folder, case.kind, case_changed=case.id in changed)
         waiting += bool(left)
         lines.append(case.id if left else f"{case.id}: done")
-        found = by_hand_status.find(folder, case.document, [stage for stage, _ in left])
+        found = by_hand_status.find(folder, case, [stage for stage, _ in left])
         for stage, reason in left:
             if stage in found.stages:
                 reason = "run by hand: taken over"
@@ -154,8 +155,8 @@ def run_campaign(asked: Request, console: Console) -> bool:
             folder = asked.runs / CASES_FOLDER / case.id
             if asked.start_over:
                 drop_attempts(folder, case.kind)
-            attempt = attempt_of(folder, case.document)
-            note = (attempt and attempt.note) or by_hand_status.note(folder, case.document)
+            attempt = attempt_of(folder, case)
+            note = (attempt and attempt.note) or by_hand_status.note(folder, case)
             if note:
                 note = f"{case.id}: {note}"
                 console.print(note, markup=False, highlight=False, soft_wrap=True)
@@ -186,7 +187,7 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     jobs = jobs_of(left, asked.allocation, asked.rates, asked.target.shared_job_s)
     if not jobs:
         return 0
-    engines = [x for x in left if not by_hand_status.is_rotated(folders[x.id], x.document)]
+    engines = [x for x in left if not by_hand_status.is_rotated(folders[x.id], x)]
     record_predictions(asked.runs, engines, asked.allocation, asked.rates)
     for line in asked.target.request_lines(jobs):
         console.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -17,6 +17,7 @@ from millscale.engine.provenance import stage_provenance
 from millscale.engine.restart_file import read_restart
 from millscale.engine.resume import RESTART_FILES, Run, begin, look
 from millscale.engine.timing import Before, timing_record
+from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
 from millscale.runs.writing import write_json
@@ -39,7 +40,7 @@ class Task:
     """
 
     stage: Stage
-    case: Mapping[str, Any]
+    case: Case
     folder: Path
     part: Path
     ranks: int
@@ -161,7 +162,7 @@ class EarlierAttempt:
     ranks: int
 
 
-def attempt_of(folder: Path, case: Mapping[str, Any]) -> EarlierAttempt | None:
+def attempt_of(folder: Path, case: Case) -> EarlierAttempt | None:
     """What an attempt has left of the stage that comes next; None if it has left nothing."""
     stages = [stage for stage in STAGES[case["kind"]] if stage.deck]
     if not any((folder / f"{stage.name}.part").exists() for stage in stages):
@@ -178,7 +179,7 @@ def attempt_of(folder: Path, case: Mapping[str, Any]) -> EarlierAttempt | None:
     return EarlierAttempt(stage.name, note, earlier.starts[-1].ranks if restart else 0)
 
 
-def run_of(stage: Stage, case: Mapping[str, Any], folder: Path, ranks: int) -> Run:
+def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
     """What the stage asks of the engine."""
     inputs = digests([*_engine_inputs(stage, folder), find_engine()])
     time = case["time"]
@@ -238,7 +239,7 @@ def _drop_all_but(products: tuple[str, ...], part: Path) -> None:
             path.unlink()
 
 
-def bed_part(case: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def bed_part(case: Case, folder: Path) -> dict[str, Any]:
     """What settled.json says of the bed whose dump lies in a folder."""
     from millscale.packing import bed
     from millscale.packing.charge import room_of

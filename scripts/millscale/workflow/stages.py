@@ -26,9 +26,8 @@ from millscale.engine.parent_death import end_with_parent
 from millscale.engine.resume import OF_ATTEMPTS
 from millscale.engine.temporary_folder import own_folder
 from millscale.errors import CampaignError
-from millscale.runs.case_check import check_case, read_case
-from millscale.runs.case_digest import case_digest
-from millscale.runs.layout import CASE_FILE, STAGES, Stage, stage_of
+from millscale.runs.case_file import load_case
+from millscale.runs.layout import STAGES, Stage, stage_of
 from millscale.runs.lock import hold
 from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.runs.untrusted import RunFolderError
@@ -45,13 +44,11 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
         folder: case folder with its case.json.
         ranks: MPI ranks, for the stages that run the engine.
     """
-    # Not through Case: what it needs takes longer to load than most stages take.
-    case = read_case(folder / CASE_FILE)
-    check_case(folder / CASE_FILE, case)
-    stage = stage_of(case["kind"], name)
+    case = load_case(folder)
+    stage = stage_of(case.kind, name)
     screen = folder / f"out.{name}"
     with hold(folder) as lock:
-        record, kills = stage_record.begin(folder, name, case_digest(case)), failures.memory_kills()
+        record, kills = stage_record.begin(folder, name, case.digest), failures.memory_kills()
         task = Task(stage, case, folder, folder / f"{name}.part", ranks, lock, screen)
         try:
             with _output_to(screen):

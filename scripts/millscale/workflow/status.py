@@ -8,12 +8,11 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from millscale.cases.case import Case
 from millscale.cases.generate import read_summary
-from millscale.errors import CampaignError
-from millscale.runs.case_digest import case_digest, is_outdated
+from millscale.runs.case_file import Case, is_outdated, load_case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASE_FILE, CASES_FOLDER, DUMP_FOLDER, STAGES, Stage
+from millscale.runs.untrusted import RunFolderError
 from millscale.workflow.by_hand import is_recorded
 from millscale.workflow.by_hand_status import Found, find
 from millscale.workflow.failures import (
@@ -90,11 +89,11 @@ def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
     for case_id in summary["cases"]:
         folder = runs / CASES_FOLDER / case_id
         try:
-            case = Case.load(folder / CASE_FILE)
-        except CampaignError as error:
+            case = load_case(folder)
+        except RunFolderError as error:
             statuses.append(_damaged(case_id, error.cause))
             continue
-        statuses.append(case_status(folder, case, silence, is_outdated(summary, case.document)))
+        statuses.append(case_status(folder, case, silence, is_outdated(summary, case)))
     return statuses
 
 
@@ -133,7 +132,7 @@ def case_status(
     """
     kind, balls = case.kind, case["ball"]["count"]
     left = [stage for stage, _ in unfinished(folder, kind, case_changed=outdated)]
-    found = Found() if outdated else find(folder, case.document, left)
+    found = Found() if outdated else find(folder, case, left)
     made = [x.name for x in STAGES[kind] if is_recorded(folder, x) or x in found.stages]
     left = left[len(found.stages) :]
     by_hand = bool(left) and left[0].deck != "" and (found.running or found.problem != "")
@@ -225,7 +224,7 @@ def _record_of_next(folder: Path, left: list[Stage], case: Case) -> StageRecord 
     record = read_record(folder)
     if not left or not record or record.stage != left[0].name:
         return None
-    changed = record.case and record.case != case_digest(case.document)
+    changed = record.case and record.case != case.digest
     return None if changed else record
 
 

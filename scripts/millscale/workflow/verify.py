@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from millscale.campaign.build import load_campaign
-from millscale.cases.case import Case, cases_of
+from millscale.cases.case import cases_of
 from millscale.cases.decks import MOST_DECK_BYTES, PARAMETERS_FILE, template_folder
 from millscale.cases.generate import CAMPAIGN_COPY, read_summary
 from millscale.cases.parameters import parameters_text
 from millscale.errors import CampaignError
-from millscale.runs.case_digest import SAID, case_digest
+from millscale.runs.case_digest import INFORMING
+from millscale.runs.case_file import Case, load_case
 from millscale.runs.digests import digest_of, files_of
 from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, stage_of
 from millscale.runs.provenance import read_provenance
@@ -100,8 +101,8 @@ def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Differen
     """Every file of a case that was looked at; those in order have no `what`."""
     case_id = folder.name
     try:
-        case = Case.load(folder / CASE_FILE)
-    except CampaignError as error:
+        case = load_case(folder)
+    except RunFolderError as error:
         yield Difference(case_id, CASE_FILE, error.cause)
         return
     what = ""
@@ -120,7 +121,7 @@ def differing_keys(
 ) -> Iterator[str]:
     """Paths of the keys, such as `mill.radius_m`, that differ; what is only said is left out."""
     for key in dict.fromkeys([*derived, *found]):
-        if not above and key in SAID:
+        if not above and key in INFORMING:
             continue
         path = f"{above}{key}"
         a, b = derived.get(key), found.get(key)
@@ -152,7 +153,7 @@ def _products(folder: Path, case: Case) -> Iterator[Difference]:
         for name, digest in made["products"].items():
             yield Difference(folder.name, name, _compared(folder, name, digest))
         for name, digest in made["inputs"].items():
-            if name == CASE_FILE and made.get("case") == case_digest(case.document):
+            if name == CASE_FILE and made.get("case") == case.digest:
                 continue
             if _found(folder, recorded, name) not in (None, digest):
                 what = f"stage {stage.name} has read another {name}"

@@ -13,9 +13,9 @@ from millscale.engine.ending_signals import INTERRUPTED
 from millscale.engine.machine import available_cores
 from millscale.engine.parent_death import end_with_parent
 from millscale.errors import CampaignError
-from millscale.runs.case_check import read_case
+from millscale.runs.case_file import load_case
 from millscale.runs.current import unfinished
-from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, Stage
+from millscale.runs.layout import CASES_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
 from millscale.workflow.by_hand import is_recorded, is_there
 from millscale.workflow.job import bring, load
@@ -71,10 +71,10 @@ def finish(runs: Path) -> list[str]:
     for case_id in read_summary(runs)["cases"]:
         folder = runs / CASES_FOLDER / case_id
         try:
-            case = read_case(folder / CASE_FILE)
-            left = [stage for stage, _ in unfinished(folder, case["kind"])]
+            case = load_case(folder)
+            left = [stage for stage, _ in unfinished(folder, case.kind)]
             there = [stage for stage in left if stage.deck and is_there(folder, stage)]
-            rotated = any(is_recorded(folder, x) for x in STAGES[case["kind"]])
+            rotated = any(is_recorded(folder, x) for x in STAGES[case.kind])
         except (CampaignError, RunFolderError, KeyError):
             # The report says so itself.
             continue
@@ -109,7 +109,7 @@ def _brought(folder: Path, ranks: int, stop: Callable[[Stage], bool]) -> str:
 
 def _is_left(folder: Path) -> bool:
     """Whether a stage before the engine is to be run."""
-    left = unfinished(folder, read_case(folder / CASE_FILE)["kind"])
+    left = unfinished(folder, load_case(folder).kind)
     return bool(left) and not _is_later(left[0][0])
 
 

@@ -116,7 +116,7 @@ def test_a_case_with_an_account_has_it_in_its_result(tmp_path, ledger):
     folder = write_charge(tmp_path, "constant-gravity")
     assert "ledger" not in analyse_case(folder)
     case = json.loads((folder / "case.json").read_text())
-    (folder / "case.json").write_text(json.dumps(case | {"deck": {"ledger": "on"}}))
+    (folder / "case.json").write_text(json.dumps(case | {"deck": case["deck"] | {"ledger": "on"}}))
     with pytest.raises(RunFolderError, match=r"ledger\.csv"):
         analyse_case(folder)
     write_series(folder / "ledger.csv", ledger)
@@ -147,7 +147,7 @@ def test_the_figure_says_that_there_were_no_impacts(ledger):
 def test_the_report_of_a_case_with_an_account_has_the_figure(tmp_path, ledger):
     folder = write_charge(tmp_path, "constant-gravity")
     case = json.loads((folder / "case.json").read_text())
-    (folder / "case.json").write_text(json.dumps(case | {"deck": {"ledger": "on"}}))
+    (folder / "case.json").write_text(json.dumps(case | {"deck": case["deck"] | {"ledger": "on"}}))
     write_series(folder / "ledger.csv", ledger)
     _impacts(folder / "impacts.csv", ROWS)
     finish_case(folder)

@@ -7,11 +7,14 @@ from numpy.testing import assert_allclose
 
 from millscale.analysis.single_ball.windows import common_windows
 from millscale.runs.case_folder import FinishedCase
+from synthetic_case import case_document, typed
 
 
 def thrown(name, begin, length, scheme="constant-gravity"):
     throws = [{"mill_angle_rad": begin, "flight_length_rad": length}] if length else []
-    return FinishedCase(Path(), {"id": name, "scheme": scheme}, {"throws": throws}, {})
+    case = case_document("single-ball", "constant-gravity", "paper", 1.0)
+    case = typed(case | {"id": name, "scheme": scheme})
+    return FinishedCase(Path(), case, {"throws": throws}, {})
 
 
 def test_window_begins_with_the_last_throw_and_is_as_long_as_the_paper_s():

@@ -14,9 +14,9 @@ from millscale.errors import CampaignError
 from millscale.formats import duration
 
 if TYPE_CHECKING:
-    from millscale.cases.case import Case
     from millscale.cases.cost import Rates
     from millscale.engine.machine import Allocation, CoreWish
+    from millscale.runs.case_file import Case
     from millscale.workflow.jobs import Job
 
 # A job waits in a queue: small cases share a job of about a quarter of an hour.

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from millscale.errors import CampaignError
 
 if TYPE_CHECKING:
-    from millscale.cases.case import Case
     from millscale.cases.cost import Rates
     from millscale.engine.machine import Allocation, CoreWish
+    from millscale.runs.case_file import Case
     from millscale.workflow.jobs import Job
 
 # A job starts a shell and a Python, which takes one to two seconds: small cases share a job of

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 
 if TYPE_CHECKING:
     # Loaded only where they are used: every stage loads this module for the table of failures.
-    from millscale.cases.case import Case
     from millscale.cases.cost import Rates
     from millscale.engine.machine import Allocation, CoreWish
+    from millscale.runs.case_file import Case
     from millscale.workflow.jobs import Job
 
 
