@@ -24,12 +24,13 @@ import psutil
 
 import small_campaign
 from millscale.engine.deck_run import find_engine
+from millscale.engine.environment import TIME_LIMIT_VARIABLE
 from millscale.engine.record import provenance
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE
 from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.workflow.display import problems
-from millscale.workflow.failures import KINDS, TIME_LIMIT_VARIABLE, UNKNOWN
+from millscale.workflow.failures import KINDS, UNKNOWN
 from millscale.workflow.status import campaign_status
 
 BALL, CHARGE = small_campaign.SINGLE_BALLS[0], small_campaign.CHARGE
