@@ -261,7 +261,7 @@ def test_every_command_and_option_in_the_documentation_exists():
 def test_the_architecture_names_the_layers_in_their_order():
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     core, _, python = text.partition("**C++.**")[2].partition("**Python.**")
-    assert tuple(re.findall(r"`(\w+)`[,.]", core.partition("\n\n")[0])) == CORE
+    assert tuple(re.findall(r"`(\w+)`[,.]", core.partition("`.\n")[0] + "`.")) == CORE
     table = [line for line in python.partition("\n## ")[0].splitlines() if line.startswith("| `")]
     rows = [tuple(re.findall(r"`(\w+)`", cells(line)[0])) for line in table]
     assert rows == [row for row in PYTHON if row != ("__main__",)]
