@@ -72,7 +72,7 @@ def test_sizes_for_people(size, text):
 @pytest.mark.engine
 def test_a_run_takes_what_was_predicted(tmp_path, monkeypatch):
     """No more than predicted, and more than a fifth: fixed shares weigh much in so small a case."""
-    from millscale.workflow.stages import run_stage
+    from millscale.workflow.run_stage import run_stage
     from provoked_failures import prepared
 
     runs = prepared(tmp_path)

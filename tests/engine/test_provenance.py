@@ -13,7 +13,8 @@ from millscale.engine import code_version
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import STAGES
 from millscale.runs.provenance import read_provenance
-from millscale.workflow import stage_record, stages, verify
+from millscale.workflow import stage_record, verify
+from millscale.workflow.run_stage import run_stage
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 
 BALL = SINGLE_BALLS[0]
@@ -148,7 +149,7 @@ def test_a_product_made_from_another_input_is_said(finished):
 def test_a_stage_refuses_an_input_that_was_damaged(finished):
     changed(finished, "series.csv", lambda text: text[:-40])
     case = finished.case(BALL)
-    assert stages.run_stage(case, "result") == 1
+    assert run_stage(case, "result") == 1
     cause = "damaged file: series.csv does not match its digest"
     assert stage_record.read_record(case).cause.startswith(cause)
     assert not (case / "result.json").exists()

@@ -91,7 +91,7 @@ def test_a_job_whose_run_has_gone_ends_at_once(place, monkeypatch, finished):
     assert not run_has_gone()
     monkeypatch.setenv("TMPDIR", str(folder))
     assert run_has_gone()
-    line = [sys.executable, "-m", "millscale.workflow.job", "none.json", "none"]
+    line = [sys.executable, "-m", "millscale.workflow.run_job", "none.json", "none"]
     done = subprocess.run(line, cwd=finished.runs, capture_output=True, text=True)
     assert done.returncode == 130, done.stderr
 

@@ -46,10 +46,10 @@ from millscale.workflow.failures import diagnose
 from millscale.workflow.jobs import read_jobs, write_jobs
 from millscale.workflow.placement import OPEN, place
 from millscale.workflow.plan import plan_rows
-from millscale.workflow.predicted_times import error_line, record_predictions
+from millscale.workflow.predictions import error_line, record_predictions
+from millscale.workflow.run_stage import run_stage
 from millscale.workflow.snakemake_run import last_problem
 from millscale.workflow.stage_work import attempt_of, run_of
-from millscale.workflow.stages import run_stage
 from millscale.workflow.status import campaign_status
 from millscale.workflow.verify import verify
 from small_campaign import TEXT

@@ -41,9 +41,9 @@ import sys
 from itertools import count
 from pathlib import Path
 from millscale.workflow import failures
-from millscale.workflow import stages
+from millscale.workflow.run_stage import run_stage
 failures.memory_kills = count().__next__
-sys.exit(stages.run_stage(Path(sys.argv[2]), sys.argv[1]))
+sys.exit(run_stage(Path(sys.argv[2]), sys.argv[1]))
 """
 
 
@@ -81,7 +81,7 @@ class Scene:
         )
 
     def start(self, *python: str, **more: str) -> subprocess.Popen:
-        module = python or ("-m", "millscale.workflow.stages")
+        module = python or ("-m", "millscale.workflow.run_stage")
         return subprocess.Popen(
             [sys.executable, *module, self.stage, str(self.case)],
             env={**os.environ, **more},
@@ -185,7 +185,7 @@ def disk_full(scene: Scene) -> None:
         'set -e; mount -t tmpfs -o size=800k none "$2"; cp -a "$1"/. "$2"; '
         "free=$(df -k --output=avail $2 | tail -1); "
         'dd if=/dev/zero of="$2/filler" bs=1k count=$((free - 100)) status=none; '
-        '"$3" -m millscale.workflow.stages rotate "$2" 2>&1 || true; '
+        '"$3" -m millscale.workflow.run_stage rotate "$2" 2>&1 || true; '
         'rm "$2/filler"; cp -a "$2"/stage.json "$2"/out.rotate "$1"'
     )
     disk = scene.runs / "disk"
@@ -332,7 +332,13 @@ def prepared(folder: Path) -> Path:
     )  # fmt: skip
     for case, stages in ((BALL, ("mesh", "deck")), (CHARGE, ("mesh", "charge", "deck"))):
         for stage in stages:
-            line = [sys.executable, "-m", "millscale.workflow.stages", stage, runs / "cases" / case]
+            line = [
+                sys.executable,
+                "-m",
+                "millscale.workflow.run_stage",
+                stage,
+                runs / "cases" / case,
+            ]
             subprocess.run(line, check=True)
     return runs
 

@@ -11,7 +11,7 @@ from millscale.cases.parameters import write_parameters
 from millscale.cases.wall_panels import panels_of
 from millscale.mesh import curvature_deg
 from millscale.packing.charge import liner_of, write_charge
-from millscale.workflow.stage_work import Task, mesh
+from millscale.workflow.stage_work import write_mesh
 from scene import run_file
 
 QUICK = Path(__file__).parents[2] / "campaigns" / "quick.toml"
@@ -151,7 +151,7 @@ def test_the_mesh_wall_runs_from_the_same_decks(cases, tmp_path):
     meshed = structs.replace(wall, kind="mesh", curvature_deg=curvature_deg(panels))
     case = structs.replace(case, wall=meshed)
     folder = _prepare(case, tmp_path, "single_ball.in")
-    mesh(Task(None, case, folder, folder, 1, 0, folder / "out"))
+    write_mesh(case, folder)
     assert "ERROR" not in _run(folder, "single_ball.in")
     rows = (folder / "series.csv").read_text().splitlines()
     assert len(rows) > 3

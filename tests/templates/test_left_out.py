@@ -7,7 +7,7 @@ from millscale.campaign.keys import FORCIBLE
 from millscale.cases.decks import copy_decks
 from millscale.cases.parameters import write_parameters
 from millscale.packing.charge import write_charge
-from millscale.workflow.stage_work import Task, mesh
+from millscale.workflow.stage_work import write_mesh
 from paper_campaign import cases
 from scene import read_dump, run_file
 
@@ -47,7 +47,7 @@ def ran(folder, wall, study, force, **changes):
     write_parameters(case, folder)
     (folder / "dump").mkdir()
     if wall == "mesh":
-        mesh(Task(None, case, folder, folder, 1, 0, folder / "out"))
+        write_mesh(case, folder)
     if not single:
         write_charge(case, folder)
     for deck in decks:

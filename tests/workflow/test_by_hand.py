@@ -17,7 +17,7 @@ import pytest
 import small_campaign
 from millscale.engine.deck_run import ENGINE, find_engine
 from millscale.runs.provenance import read_provenance
-from millscale.workflow.job import bring
+from millscale.workflow.run_job import bring
 from millscale.workflow.stage_record import read_record
 from millscale.workflow.status import campaign_status
 from millscale.workflow.verify import verify

@@ -7,8 +7,9 @@ import time
 import pytest
 
 import provoked_failures
-from millscale.workflow import stage_record, stage_work, stages
+from millscale.workflow import stage_record, stage_work
 from millscale.workflow.failures import KINDS, UNKNOWN, Traces, advice_of, classify
+from millscale.workflow.run_stage import run_stage
 from paper_campaign import cases
 from provoked_failures import PROVOCATIONS, provoke
 from small_campaign import SINGLE_BALLS
@@ -166,7 +167,7 @@ def test_a_stage_that_fails_records_kind_and_advice(tmp_path, monkeypatch):
         raise MemoryError
 
     monkeypatch.setitem(stage_work.WORK, "charge", charge)
-    assert stages.run_stage(tmp_path, "charge") == 1
+    assert run_stage(tmp_path, "charge") == 1
     record = stage_record.read_record(tmp_path)
     assert (record.kind, record.advice) == ("out of memory", advice_of("out of memory"))
 

@@ -77,7 +77,7 @@ def ready(command, *case_ids):
     entry = {"name": "j", "cases": case_ids, "ranks": 1, "time_s": 1, "minutes": 1, "memory_mb": 1}
     file = command.runs / "jobs.json"
     file.write_text(json.dumps([entry]))
-    return [sys.executable, "-m", "millscale.workflow.job", file.name, "j"]
+    return [sys.executable, "-m", "millscale.workflow.run_job", file.name, "j"]
 
 
 def run(command, line, **more):

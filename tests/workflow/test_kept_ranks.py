@@ -7,7 +7,8 @@ import pytest
 from millscale.engine.machine import available_cores
 from millscale.engine.resume import begin
 from millscale.runs.layout import stage_of
-from millscale.workflow import stage_record, stages
+from millscale.workflow import stage_record
+from millscale.workflow.run_stage import run_stage
 from millscale.workflow.stage_work import run_of
 from signed_restart import restart_file
 from small_campaign import CHARGE
@@ -61,7 +62,7 @@ def test_other_ranks_are_refused_with_what_to_do_and_nothing_is_written(finished
         assert f"--ranks 1: stage rotate of {CHARGE} goes on from step" in refused.stderr
         assert "--ranks 2 or no --ranks to go on, --start-over to begin it anew" in refused.stderr
     assert content(finished.runs) == before
-    assert stages.run_stage(folder, "rotate", 1) == 1
+    assert run_stage(folder, "rotate", 1) == 1
     assert "ran on 2 ranks, not on 1" in stage_record.read_record(folder).cause
     assert finished("run", "--ranks", "2").returncode == 0
 

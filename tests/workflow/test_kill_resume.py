@@ -33,7 +33,7 @@ BALL_TEXT = (
 
 def begin(case, name):
     # One rank: on a busy machine two wait for each other. The campaign below has two.
-    line = [sys.executable, "-m", "millscale.workflow.stages", name, str(case), "--ranks", "1"]
+    line = [sys.executable, "-m", "millscale.workflow.run_stage", name, str(case), "--ranks", "1"]
     return psutil.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 

@@ -41,7 +41,7 @@ def test_a_further_case_of_a_job_costs_little_outside_its_engine(tmp_path):
     for name, some in (("few", ids[:2]), ("many", ids[2:])):
         entry = {"name": name, "cases": some, "ranks": 1, "time_s": 1, "minutes": 1}
         (command.runs / "jobs.json").write_text(json.dumps([{**entry, "memory_mb": 1}]))
-        line = [sys.executable, "-m", "millscale.workflow.job", "jobs.json", name]
+        line = [sys.executable, "-m", "millscale.workflow.run_job", "jobs.json", name]
         before, _ = in_engines(command)
         whole = spent(line, cwd=command.runs, env=command.environment())
         after, done = in_engines(command)

@@ -6,7 +6,7 @@ import pytest
 
 from millscale.cases.cost import Rates, run_time
 from millscale.engine.machine import Allocation
-from millscale.workflow.predicted_times import error_line, errors, record_predictions
+from millscale.workflow.predictions import error_line, errors, record_predictions
 from paper_campaign import cases
 
 

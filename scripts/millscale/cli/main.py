@@ -228,7 +228,7 @@ def status(
 
     Example: `millscale status runs/quick --watch`
     """
-    from millscale.workflow.watch_status import show, watch_status
+    from millscale.workflow.display import show, watch_status
 
     check_seconds("status", "--every", every)
     check_seconds("status", "--silence", silence)

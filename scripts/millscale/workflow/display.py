@@ -1,10 +1,12 @@
-"""Shows a run while it goes on: a live table in a terminal, a line per event elsewhere."""
+"""Status of a runs folder in the terminal: once, repeatedly, or while a run goes on."""
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Protocol
 
@@ -18,8 +20,8 @@ from millscale.engine.machine import Allocation
 from millscale.formats import duration
 from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER
-from millscale.workflow.forecast import time_left
-from millscale.workflow.status import CaseStatus, case_status
+from millscale.workflow.predictions import error_line, time_left
+from millscale.workflow.status import CaseStatus, campaign_status, case_status
 
 STATE_COLOURS = {
     "done": "green",
@@ -76,6 +78,56 @@ def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]
             console.print(f"{done} of {total} {what}", markup=False, highlight=False)
 
     yield line
+
+
+def show(runs: Path, silence: float, as_json: bool, console: Console) -> None:
+    """Print the status of every case, as a table or as JSON.
+
+    Args:
+        silence: an engine that writes nothing for so long makes no progress [s].
+    """
+    statuses = campaign_status(runs, silence)
+    if as_json:
+        print(json.dumps([asdict(x) for x in statuses], indent=1))
+        return
+    console.print(status_table(statuses))
+    for line in [*problems(runs, statuses), error_line(runs)]:
+        if line:
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def watch_status(runs: Path, silence: float, as_json: bool, every: float, console: Console) -> None:
+    """Show the status again and again, until no case runs.
+
+    Args:
+        every: time between two looks [s].
+    """
+    with Live(console=console, auto_refresh=False) as live:
+        while True:
+            statuses = campaign_status(runs, silence)
+            if as_json:
+                print(json.dumps([asdict(x) for x in statuses]), flush=True)
+            elif console.is_terminal:
+                live.update(status_view(runs, statuses, _counts(statuses)), refresh=True)
+            else:
+                console.print(_counts(statuses), highlight=False)
+            if all(x.state != "running" for x in statuses):
+                break
+            time.sleep(every)
+    if not as_json and not console.is_terminal:
+        for line in problems(runs, statuses):
+            console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _counts(statuses: Sequence[CaseStatus]) -> str:
+    states = [x.state for x in statuses]
+    counts = [f"{states.count(name)} {name}" for name in dict.fromkeys(states)]
+    steps = sum(x.steps * x.balls for x in statuses)
+    done = sum(x.step * x.balls for x in statuses)
+    percent = 100.0 * done / steps if steps else 100.0
+    return (
+        f"{time.strftime('%H:%M:%S')} {len(statuses)} cases: {', '.join(counts)}; {percent:.0f} %"
+    )
 
 
 def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Table:

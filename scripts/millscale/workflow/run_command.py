@@ -22,11 +22,11 @@ from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, Stage
 from millscale.runs.lock import hold
-from millscale.workflow import by_hand_status
+from millscale.workflow import by_hand
 from millscale.workflow.display import problems, status_table, watching
 from millscale.workflow.jobs import jobs_of, write_jobs
 from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
-from millscale.workflow.predicted_times import error_line, record_predictions
+from millscale.workflow.predictions import error_line, record_predictions
 from millscale.workflow.snakemake_run import (
     WORKFLOW_LOG,
     last_problem,
@@ -122,7 +122,7 @@ def dry_run_campaign(asked: Request) -> str:
         left = unfinished(folder, case.kind, case_changed=case.id in changed)
         waiting += bool(left)
         lines.append(case.id if left else f"{case.id}: done")
-        found = by_hand_status.find(folder, case, [stage for stage, _ in left])
+        found = by_hand.find(folder, case, [stage for stage, _ in left])
         for stage, reason in left:
             if stage in found.stages:
                 reason = "run by hand: taken over"
@@ -156,7 +156,7 @@ def run_campaign(asked: Request, console: Console) -> bool:
             if asked.start_over:
                 drop_attempts(folder, case.kind)
             attempt = attempt_of(folder, case)
-            note = (attempt and attempt.note) or by_hand_status.note(folder, case)
+            note = (attempt and attempt.note) or by_hand.note(folder, case)
             if note:
                 note = f"{case.id}: {note}"
                 console.print(note, markup=False, highlight=False, soft_wrap=True)
@@ -187,7 +187,7 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     jobs = jobs_of(left, asked.allocation, asked.rates, asked.target.shared_job_s)
     if not jobs:
         return 0
-    engines = [x for x in left if not by_hand_status.is_rotated(folders[x.id], x)]
+    engines = [x for x in left if not by_hand.is_rotated(folders[x.id], x)]
     record_predictions(asked.runs, engines, asked.allocation, asked.rates)
     for line in asked.target.request_lines(jobs):
         console.print(line, markup=False, highlight=False, soft_wrap=True)

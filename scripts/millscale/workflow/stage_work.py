@@ -28,24 +28,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """A stage of one case, and where it works.
+    """A stage of one case to run.
 
     Attributes:
         case: content of case.json.
         folder: case folder, to read from.
-        part: folder to write to.
-        ranks: MPI ranks.
-        lock: descriptor of the folder's lock, for the engine to inherit.
-        screen: file where the output of the stage goes.
+        ranks: MPI ranks of the engine.
+        lock: descriptor of the lock of the folder; the engine inherits it.
     """
 
     stage: Stage
     case: Case
     folder: Path
-    part: Path
     ranks: int
     lock: int
-    screen: Path
+
+    @property
+    def part(self) -> Path:
+        """Folder to write to."""
+        return self.folder / f"{self.stage.name}.part"
+
+    @property
+    def screen(self) -> Path:
+        """File for the output of the stage."""
+        return self.folder / f"out.{self.stage.name}"
 
     @property
     def log(self) -> str:
@@ -54,26 +60,30 @@ class Task:
 
 
 def mesh(task: Task) -> None:
-    """Mesh the liner: by gmsh if the engine takes the mesh, as bare panels if people look at it.
+    write_mesh(task.case, task.part)
 
-    Faults of a mesh for looking only are noted in mesh.json, and stop nothing.
+
+def write_mesh(case: Mapping[str, Any], folder: Path) -> None:
+    """Write the mesh of the liner: by gmsh for the engine, as plain panels for an analytic wall.
+
+    Faults of a mesh that the engine does not read are noted in mesh.json and are no errors.
     """
     from millscale.cases.wall_panels import panels_of
     from millscale.mesh import build_liner_mesh, lint, write_stl, write_vtp
     from millscale.packing.charge import liner_of
 
-    liner, wall = liner_of(task.case), task.case["wall"]
-    length = task.case["mill"]["simulated_length_m"]
+    liner, wall = liner_of(case), case["wall"]
+    length = case["mill"]["simulated_length_m"]
     meshed = wall["kind"] == "mesh"
     build = build_liner_mesh if meshed else panels_of
     surface = build(liner, length, wall["chord_error_m"], wall["axial_divisions"])
     report = lint(surface, liner, length, wall["chord_error_m"], for_engine=meshed)
     if meshed:
         _check_mesh(surface, report, wall["curvature_deg"])
-    write_json(task.part / "mesh.json", {"schema": 1, **asdict(report)})
-    write_stl(task.part / "liner.stl", surface)
-    if task.case["kind"] == "multi-ball":
-        write_vtp(task.part / "liner.vtp", surface)
+    write_json(folder / "mesh.json", {"schema": 1, **asdict(report)})
+    write_stl(folder / "liner.stl", surface)
+    if case["kind"] == "multi-ball":
+        write_vtp(folder / "liner.vtp", surface)
 
 
 def _check_mesh(surface: LinerMesh, report: LintReport, curvature: float) -> None:

@@ -13,8 +13,7 @@ from millscale.runs.case_file import Case, is_outdated, load_case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASE_FILE, CASES_FOLDER, DUMP_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
-from millscale.workflow.by_hand import is_recorded
-from millscale.workflow.by_hand_status import Found, find
+from millscale.workflow.by_hand import Found, find, is_recorded
 from millscale.workflow.failures import (
     BY_HAND,
     DAMAGED,

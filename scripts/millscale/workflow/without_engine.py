@@ -18,7 +18,7 @@ from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
 from millscale.workflow.by_hand import is_recorded, is_there
-from millscale.workflow.job import bring, load
+from millscale.workflow.run_job import bring, load
 from millscale.workflow.stage_record import read_record
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from millscale.engine.machine import Allocation
-from millscale.workflow.forecast import time_left
+from millscale.workflow.predictions import time_left
 
 
 @dataclass

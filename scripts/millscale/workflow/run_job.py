@@ -1,4 +1,4 @@
-"""Brings the cases of a job to their results: `python -m millscale.workflow.job JOBS_FILE JOB`.
+"""Brings the cases of a job to their results: `python -m millscale.workflow.run_job JOBS_FILE JOB`.
 
 Works in a runs folder. Cases run one after the other, each in a child process that is split off
 after everything has been loaded: a case costs no start of Python, and one that takes its process
@@ -34,7 +34,7 @@ from millscale.runs.layout import CASES_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
 from millscale.workflow.jobs import job_named, read_jobs
-from millscale.workflow.stages import limit_time, run_stage
+from millscale.workflow.run_stage import limit_time, run_stage
 
 FAILED = 1
 TOLD = 2  # the child has said what is wrong
@@ -122,7 +122,9 @@ def _guarded(work: Callable[[], int]) -> int:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m millscale.workflow.job", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m millscale.workflow.run_job", description=__doc__
+    )
     parser.add_argument("file", type=Path, help="DIR/.jobs/<run>/jobs.json")
     parser.add_argument("job", help="name of a job in it")
     options = parser.parse_args()

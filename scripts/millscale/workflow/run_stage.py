@@ -1,4 +1,4 @@
-"""Runs one stage of a case: `python -m millscale.workflow.stages STAGE CASE_FOLDER [--ranks N]`.
+"""Runs one stage of a case: `python -m millscale.workflow.run_stage STAGE CASE_FOLDER [--ranks N]`.
 
 A stage works in CASE_FOLDER/STAGE.part and renames its products into the case folder at the end,
 so a stage that fails or is interrupted leaves none. An engine stage goes on from what an earlier
@@ -27,7 +27,7 @@ from millscale.engine.resume import OF_ATTEMPTS
 from millscale.engine.temporary_folder import own_folder
 from millscale.errors import CampaignError
 from millscale.runs.case_file import load_case
-from millscale.runs.layout import STAGES, Stage, stage_of
+from millscale.runs.layout import STAGES, stage_of
 from millscale.runs.lock import hold
 from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.runs.untrusted import RunFolderError
@@ -46,12 +46,11 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
     """
     case = load_case(folder)
     stage = stage_of(case.kind, name)
-    screen = folder / f"out.{name}"
     with hold(folder) as lock:
         record, kills = stage_record.begin(folder, name, case.digest), failures.memory_kills()
-        task = Task(stage, case, folder, folder / f"{name}.part", ranks, lock, screen)
+        task = Task(stage, case, folder, ranks, lock)
         try:
-            with _output_to(screen):
+            with _output_to(task.screen):
                 _make(task)
         except KeyboardInterrupt:
             stage_record.end(folder, record, "interrupted")
@@ -59,12 +58,12 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
         except Exception as error:
             failure = failures.diagnose(error, folder, name, failures.memory_kills() - kills)
             record = replace(record, kind=failure.kind, advice=failure.advice)
-            log = _log_of(folder, stage, screen)
+            log = _log_of(task)
             stage_record.end(folder, record, "failed", failure.cause, log)
             return 1
         stage_record.end(folder, record, "done")
-    if screen.stat().st_size == 0:
-        screen.unlink()
+    if task.screen.stat().st_size == 0:
+        task.screen.unlink()
     return 0
 
 
@@ -136,10 +135,10 @@ def _publish(task: Task) -> None:
         (task.part / name).replace(target)
 
 
-def _log_of(folder: Path, stage: Stage, screen: Path) -> str:
-    """The file that tells most about a failure."""
-    log = folder / f"log.{stage.name}"
-    return log.name if stage.deck and error_line(read_log(log)) else screen.name
+def _log_of(task: Task) -> str:
+    """Return the name of the file that explains a failure best."""
+    in_log = task.stage.deck and error_line(read_log(task.folder / task.log))
+    return task.log if in_log else task.screen.name
 
 
 @contextmanager
@@ -175,7 +174,7 @@ def limit_time() -> None:
 def main() -> int:
     names = sorted({stage.name for stages in STAGES.values() for stage in stages})
     parser = argparse.ArgumentParser(
-        prog="python -m millscale.workflow.stages", description=__doc__
+        prog="python -m millscale.workflow.run_stage", description=__doc__
     )
     parser.add_argument("stage", choices=names)
     parser.add_argument("folder", type=Path, help="case folder with case.json")

@@ -13,7 +13,8 @@ from millscale.runs.layout import stage_of
 from millscale.runs.lock import LOCK_FILE, hold
 from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.runs.untrusted import RunFolderError
-from millscale.workflow import stage_work, stages
+from millscale.workflow import stage_work
+from millscale.workflow.run_stage import run_stage
 from millscale.workflow.stage_record import read_record
 from small_campaign import TEXT
 
@@ -43,7 +44,7 @@ def test_products_appear_only_when_the_stage_has_ended(case, monkeypatch):
 
     (case / "charge.data").write_text("old")
     work(monkeypatch, charge)
-    assert stages.run_stage(case, "charge") == 0
+    assert run_stage(case, "charge") == 0
     assert (case / "charge.data").read_text() == "new"
     assert {path.name for path in case.iterdir()} == {
         "case.json", "charge.data", "stage.json", "provenance.json", LOCK_FILE,
@@ -60,7 +61,7 @@ def test_a_failed_stage_leaves_its_cause_and_log_but_no_product(case, monkeypatc
 
     work(monkeypatch, charge)
     with capfd.disabled():
-        assert stages.run_stage(case, "charge") == 1
+        assert run_stage(case, "charge") == 1
     assert not (case / "charge.data").exists()
     record = read_record(case)
     assert (record.state, record.log) == ("failed", "out.charge")
@@ -71,7 +72,7 @@ def test_a_failed_stage_leaves_its_cause_and_log_but_no_product(case, monkeypatc
 
 def test_a_stage_without_its_product_has_failed(case, monkeypatch):
     work(monkeypatch, lambda task: None)
-    assert stages.run_stage(case, "charge") == 1
+    assert run_stage(case, "charge") == 1
     assert read_record(case).cause == "stage charge ended without charge.data"
 
 
@@ -80,7 +81,7 @@ def test_an_interrupted_stage_says_so(case, monkeypatch):
         raise KeyboardInterrupt
 
     work(monkeypatch, charge)
-    assert stages.run_stage(case, "charge") == 130
+    assert run_stage(case, "charge") == 130
     assert read_record(case).state == "interrupted"
 
 
@@ -92,7 +93,7 @@ def test_a_case_that_is_not_accepted_is_not_begun(case, monkeypatch):
         changed |= {"ball": document["ball"] | {"radius_m": "$(step)"}} if key == "schema" else {}
         (case / "case.json").write_text(json.dumps(changed))
         with pytest.raises(RunFolderError):
-            stages.run_stage(case, "charge")
+            run_stage(case, "charge")
     assert not (case / "stage.json").exists()
 
 
@@ -108,10 +109,10 @@ def test_a_result_appears_only_when_it_is_published(tmp_path, cases, monkeypatch
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(stages, "_publish", kill)
-        assert stages.run_stage(tmp_path, "result") == 130
+        patch.setattr("millscale.workflow.run_stage._publish", kill)
+        assert run_stage(tmp_path, "result") == 130
     assert not (tmp_path / "result.json").exists()
-    assert stages.run_stage(tmp_path, "result") == 0
+    assert run_stage(tmp_path, "result") == 0
     made = read_provenance(tmp_path)["result"]["products"]
     assert made == {"result.json": digest_of(tmp_path / "result.json")}
 
@@ -123,7 +124,7 @@ def rotated(tmp_path, cases, monkeypatch):
     document = cases["multi-ball"]
     (tmp_path / "case.json").write_text(cases["multi-ball"].text())
     (tmp_path / "mill.in").write_text("run")
-    task = stage_work.Task(stage_of("multi-ball", "rotate"), document, tmp_path, None, 1, 0, None)
+    task = stage_work.Task(stage_of("multi-ball", "rotate"), document, tmp_path, ranks=1, lock=0)
     begin(stage_work.run_of(task.stage, task.case, task.folder, 1))
     for name in ("dump", "rotate.part"):
         (tmp_path / name).mkdir(exist_ok=True)
@@ -137,7 +138,7 @@ def rotated(tmp_path, cases, monkeypatch):
 
 def test_a_complete_stage_is_not_done_again_for_want_of_a_rename(rotated, monkeypatch):
     monkeypatch.setitem(stage_work.WORK, "rotate", None)
-    assert stages.run_stage(rotated, "rotate") == 0
+    assert run_stage(rotated, "rotate") == 0
     assert (rotated / "timing.json").read_text() == "rotate.part/timing.json"
     assert (rotated / "series.csv").exists() and (rotated / "dump" / "charge.0").exists()
     assert not (rotated / "rotate.part").exists() and not (rotated / "attempts.json").exists()
@@ -151,7 +152,7 @@ def test_a_stage_that_was_complete_is_done_again_when_an_input_has_changed(rotat
 
     (rotated / "mill.in").write_text("run longer")
     monkeypatch.setitem(stage_work.WORK, "rotate", rotate)
-    assert stages.run_stage(rotated, "rotate") == 0
+    assert run_stage(rotated, "rotate") == 0
     assert (rotated / "timing.json").read_text() == "again"
 
 
@@ -163,15 +164,15 @@ def test_an_engine_stage_keeps_its_folder_for_the_next_attempt(rotated, monkeypa
     (rotated / "rotate.part" / "timing.json").unlink()
     (rotated / "rotate.part" / "mill.1.restart").touch()
     monkeypatch.setitem(stage_work.WORK, "rotate", rotate)
-    assert stages.run_stage(rotated, "rotate") == 130
+    assert run_stage(rotated, "rotate") == 130
     assert (rotated / "rotate.part" / "mill.1.restart").exists()
 
 
 def test_a_case_is_worked_on_by_one_stage_at_a_time(case, monkeypatch):
     work(monkeypatch, lambda task: (task.part / "charge.data").touch())
     with hold(case), pytest.raises(CampaignError, match="in use by process"):
-        stages.run_stage(case, "charge")
-    assert stages.run_stage(case, "charge") == 0
+        run_stage(case, "charge")
+    assert run_stage(case, "charge") == 0
 
 
 def test_a_lock_file_without_a_holder_is_no_lock(tmp_path):
