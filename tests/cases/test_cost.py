@@ -17,23 +17,24 @@ from millscale.cases.cost import (
     wall_time,
 )
 from paper_campaign import MULTI_BALL, REPOSITORY, cases
+from synthetic_case import case_document, typed
 
 
-def charge(length=0.3846, balls=13370, surface="fast", wall="analytic"):
+def charge(length=0.3846, balls=13370, surface="fast", wall="analytic", ledger="off"):
     """The S = 2.6 mill of docs/results/performance.md: 300 panels, skin 15 mm, of ours 20."""
-    return {
-        "kind": "multi-ball",
-        "ball": {"count": balls, "radius_m": 0.02},
-        "mill": {"simulated_length_m": length},
-        "domain": {"skin_m": 0.020 if surface == "fast" else 0.015},
-        "deck": {"surface": surface},
-        "wall": {"kind": wall, "triangles": 300},
-        "time": {"settle_steps": 5000, "steps": 50000},
-    }
+    document = case_document("multi-ball", "constant-gravity", "paper", 2.6, balls)
+    document["mill"]["simulated_length_m"] = length
+    document["domain"]["skin_m"] = 0.020 if surface == "fast" else 0.015
+    document["deck"] |= {"surface": surface, "ledger": ledger}
+    document["wall"] |= {"kind": wall, "triangles": 300, "curvature_deg": 1.0}
+    document["time"] |= {"settle_steps": 5000, "steps": 50000}
+    return typed(document)
 
 
 def single_ball(triangles, wall="mesh"):
-    return {"kind": "single-ball", "wall": {"kind": wall, "triangles": triangles}}
+    document = case_document("single-ball", "constant-gravity", "paper", 1.0)
+    document["wall"] |= {"kind": wall, "triangles": triangles, "curvature_deg": 1.0}
+    return typed(document)
 
 
 # ns per ball and step on one core, docs/results/performance.md.
@@ -64,8 +65,7 @@ def test_steps_of_small_and_large_charges_are_the_measured_ones(row):
 
 
 def test_an_account_of_the_energy_has_a_rate_of_its_own():
-    plain, kept = charge(), charge()
-    kept["deck"]["ledger"] = "on"
+    plain, kept = charge(), charge(ledger="on")
     assert step_time(kept, 1) > 2.0 * step_time(plain, 1)
     assert path_of(kept) != path_of(plain)
 

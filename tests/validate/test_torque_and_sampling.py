@@ -6,7 +6,7 @@ import pytest
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.validate.sampling import QUANTITIES, by_parity, torque_of
 from millscale.validate.torque import of_seeds, page, rows_of
-from synthetic_case import case_document, finish_case, write_campaign
+from synthetic_case import case_document, finish_case, typed, write_campaign
 from synthetic_charge import charge_columns, write_charge
 
 
@@ -62,6 +62,6 @@ def test_the_page_has_a_line_for_each_charge(tmp_path):
 
 def test_the_torque_of_a_stretch_is_found_by_both_ways():
     case = case_document("multi-ball", "constant-gravity", "paper", 2.6, balls=150)
-    found = torque_of(charge_columns(case, end=8.0), case)
+    found = torque_of(charge_columns(case, end=8.0), typed(case))
     assert found["summed"] == pytest.approx(0.37, rel=1e-9)
     assert abs(found["difference"]) < 1e-9

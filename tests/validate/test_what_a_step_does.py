@@ -6,12 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from millscale.validate.cases import CASES, base_campaign, mill_of
 from millscale.validate.collision import PAIRS, SPEED, collide
 from millscale.validate.deck import PATHS
 from millscale.validate.time_step import EXACT, mills, path_of
 from millscale.validate.time_step_page import COLOURS, draw, page
+from synthetic_case import case_document, typed
 
 MILL = mill_of(CASES[0], base_campaign())
 
@@ -69,17 +71,16 @@ def test_balls_that_still_touch_are_told(tmp_path, monkeypatch):
 
 
 def case(step, surface="fast", damping="bounded", wall="analytic", **deck):
-    return {
-        "deck": {"surface": surface, "tangential_damping": damping, **deck},
-        "wall": {"kind": wall, "chord_error_m": 1e-4},
-        "material": {"youngs_modulus_pa": 6e7},
-        "time": {
-            "step_s": step,
-            "rayleigh_fraction": step / 7e-4,
-            "limit_fraction": step / 1e-4,
-            "steps_per_contact": 1.4e-3 / step,
-        },
+    document = case_document("multi-ball", "constant-gravity", "paper", 2.6)
+    document["deck"] |= {"surface": surface, "tangential_damping": damping, **deck}
+    document["wall"] |= {"kind": wall, "chord_error_m": 1e-4, "curvature_deg": 1.0}
+    document["time"] |= {
+        "step_s": step,
+        "rayleigh_fraction": step / 7e-4,
+        "limit_fraction": step / 1e-4,
+        "steps_per_contact": 1.4e-3 / step,
     }
+    return typed(document)
 
 
 @pytest.mark.parametrize(
@@ -105,7 +106,7 @@ def error(value):
 def study(tmp_path, monkeypatch):
     """A study of four settings, two of them seeds 1 and 2; `soft` differs in more than its step."""
     soft = case(4e-4)
-    soft["material"] = {"youngs_modulus_pa": 1.5e7}
+    soft = replace(soft, material=replace(soft.material, youngs_modulus_pa=1.5e7))
     settings = {
         "fine": (case(2.5e-5, damping="plain"), (1.0, 1.2)),
         "usual": (case(2e-4), (1.3, 1.3)),
@@ -126,7 +127,7 @@ def study(tmp_path, monkeypatch):
         )
         for folder, value in zip(folders, values, strict=True):
             (tmp_path / folder).mkdir(parents=True)
-            (tmp_path / folder / "case.json").write_text(json.dumps(document))
+            (tmp_path / folder / "case.json").write_text(document.text())
             means = dict.fromkeys(("kinetic", "kinetic_rotation", "power", "centre_z"), value)
             result = {"dimensionless": means, "largest_overlap_over_radius": 0.1 * value}
             finished[tmp_path / folder] = SimpleNamespace(case=document, result=result)
@@ -136,7 +137,7 @@ def study(tmp_path, monkeypatch):
     failed = {"name": "long", "cases": [{"folder": "long/0"}]}
     content["settings"] += [failed, {"name": "later", "cases": [{"folder": "later/0"}]}]
     (tmp_path / "long" / "0").mkdir(parents=True)
-    (tmp_path / "long" / "0" / "case.json").write_text(json.dumps(case(2.9e-4)))
+    (tmp_path / "long" / "0" / "case.json").write_text(case(2.9e-4).text())
     record = {"state": "failed", "cause": "ball 7 is too fast"}
     (tmp_path / "long" / "0" / "stage.json").write_text(json.dumps(record))
     (tmp_path / "study.json").write_text(json.dumps(content))

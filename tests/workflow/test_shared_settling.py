@@ -11,6 +11,7 @@ from millscale.cases.decks import copy_decks
 from millscale.cases.generate import generate
 from millscale.cases.parameters import write_parameters
 from millscale.packing.charge import write_charge
+from millscale.runs.case_file import load_case
 from millscale.runs.digests import digest_of
 from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.workflow.shared_settling import FOLDER, SharedBed, give, settling_key, take
@@ -36,7 +37,7 @@ def prepared(folder, text=BOTH_SCHEMES, runs="runs"):
 
 
 def key(folder):
-    return settling_key(json.loads((folder / "case.json").read_text()), folder)
+    return settling_key(load_case(folder), folder)
 
 
 def test_a_bed_serves_both_schemes_where_gravity_is_the_same(tmp_path):

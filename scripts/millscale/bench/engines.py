@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from millscale.bench.peers import PEERS, Timed
 from millscale.bench.running import engine_output
@@ -18,6 +16,7 @@ from millscale.engine.log import loop_timing
 from millscale.errors import CampaignError
 from millscale.mesh import curvature_deg
 from millscale.packing.charge import liner_of
+from millscale.runs.case_file import Case
 from millscale.runs.writing import write_text
 
 DECKS = Path(__file__).parent / "decks"
@@ -118,7 +117,7 @@ def _phases(text: str) -> Phases:
 
 def _values(variant: Variant, state: State) -> dict[str, object]:
     case = state.case
-    mill, material = case["mill"], case["material"]
+    mill, material = case.mill, case.material
     names = ("restitution", "static_friction", "rolling_friction")
     return {
         "state": state.data,
@@ -126,29 +125,29 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "wall": variant.wall,
         "pair": variant.pair,
         "skin": variant.skin,
-        "time_step": case["time"]["step_s"],
-        "youngs_modulus": material["youngs_modulus_pa"],
-        "poisson_ratio": material["poisson_ratio"],
-        **{f"{n}_{p}": material[f"{n}_{p}"] for n in names for p in ("pp", "pw")},
+        "time_step": case.time.step_s,
+        "youngs_modulus": material.youngs_modulus_pa,
+        "poisson_ratio": material.poisson_ratio,
+        **{f"{n}_{p}": getattr(material, f"{n}_{p}") for n in names for p in ("pp", "pw")},
         **({"curvature_deg": _curvature(case)} if variant.wall == "mesh" else {}),
-        "turned": mill["phase_rad"] + state.mill_angle,
+        "turned": mill.phase_rad + state.mill_angle,
         "turned_deg": math.degrees(state.mill_angle),
-        "period": 2.0 * math.pi / mill["omega_rad_s"],
-        "rolling": case["deck"]["rolling_model_pp"],
-        "gravity": mill["gravity_m_s2"],
-        "omega": mill["omega_rad_s"],
-        "mill_radius": mill["radius_m"],
-        "ball_radius": case["ball"]["radius_m"],
-        "lifters": mill["lifters"],
-        "lifter_top_radius": mill["lifter_top_radius_m"],
-        "lifter_top_width": mill["lifter_top_width_m"],
-        "groove_width": mill["groove_width_m"],
+        "period": 2.0 * math.pi / mill.omega_rad_s,
+        "rolling": case.deck.rolling_model_pp,
+        "gravity": mill.gravity_m_s2,
+        "omega": mill.omega_rad_s,
+        "mill_radius": mill.radius_m,
+        "ball_radius": case.ball.radius_m,
+        "lifters": mill.lifters,
+        "lifter_top_radius": mill.lifter_top_radius_m,
+        "lifter_top_width": mill.lifter_top_width_m,
+        "groove_width": mill.groove_width_m,
     }
 
 
-def _curvature(case: Mapping[str, Any]) -> float:
+def _curvature(case: Case) -> float:
     """`curvature` for the mesh of a case [degrees], also of one whose own wall is analytic."""
-    wall, length = case["wall"], case["mill"]["simulated_length_m"]
+    wall, length = case.wall, case.mill.simulated_length_m
     return curvature_deg(
-        panels_of(liner_of(case), length, wall["chord_error_m"], wall["axial_divisions"])
+        panels_of(liner_of(case), length, wall.chord_error_m, wall.axial_divisions)
     )

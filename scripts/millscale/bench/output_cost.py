@@ -21,7 +21,8 @@ from millscale.engine.log import loop_timing, read_log
 from millscale.engine.record import provenance
 from millscale.engine.restart_file import read_restart
 from millscale.engine.resume import RESUME_FILE
-from millscale.runs.untrusted import read_object, read_tail
+from millscale.runs.case_file import Case, load_case
+from millscale.runs.untrusted import read_tail
 from millscale.runs.writing import write_text
 
 NEVER = 10**9
@@ -45,7 +46,7 @@ def output_cost(case_folder: Path) -> dict:
     Args:
         case_folder: of a multi-ball case, with its restart files.
     """
-    case = read_object(case_folder / "case.json", "millscale generate")
+    case = load_case(case_folder)
     runs = {
         "none": Output(NEVER, NEVER, True),
         "restarts": Output(RESTART_EVERY, NEVER, True),
@@ -68,22 +69,22 @@ def output_cost(case_folder: Path) -> dict:
     )
     # The cross-section is sampled, with each row, in the second half of a rotation.
     mean_row = (row + with_section) / 2
-    own = case["output"]
+    own = case.output
     return {
         "schema": 1,
         **provenance(),
         "command": "millscale bench output-cost CASE",
-        "case": case["id"],
-        "balls": case["ball"]["count"],
-        "restart_steps": own["restart_steps"],
-        "sample_steps": own["sample_steps"],
+        "case": case.id,
+        "balls": case.ball.count,
+        "restart_steps": own.restart_steps,
+        "sample_steps": own.sample_steps,
         "processor_s_per_step": of_step,
         "processor_s_per_restart_file": restart,
         "wall_s_per_restart_file": output / (STEPS // RESTART_EVERY),
         "processor_s_per_row": row,
         "processor_s_per_row_and_cross_section": with_section,
-        "overhead_of_restarts": restart / (own["restart_steps"] * of_step),
-        "overhead_of_series": mean_row / (own["sample_steps"] * of_step),
+        "overhead_of_restarts": restart / (own.restart_steps * of_step),
+        "overhead_of_series": mean_row / (own.sample_steps * of_step),
     }
 
 
@@ -98,13 +99,13 @@ def _prepare(case_folder: Path, folder: Path) -> int:
     return newest.step
 
 
-def _run(case: dict, folder: Path, step: int, output: Output) -> tuple[float, float]:
+def _run(case: Case, folder: Path, step: int, output: Output) -> tuple[float, float]:
     """Processor time of the engine on one rank, and wall time of its output [s]."""
     copy_decks(("mill.in",), folder)
     if not output.cross_section:
         deck = folder / "charge_series.in"
         write_text(deck, deck.read_text(encoding="utf-8").split(OCCUPANCY)[0])
-    done = step - case["time"]["settle_steps"]
+    done = step - case.time.settle_steps
     values = {
         "restart_steps": output.restart_every,
         "sample_steps": output.row_every,

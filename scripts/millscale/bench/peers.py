@@ -47,13 +47,13 @@ def lammps(state: State, values: Mapping[str, object], ranks: int, folder: Path)
 
 def yade(state: State, values: Mapping[str, object], ranks: int, folder: Path) -> Timed:
     """On `ranks` threads. Raises RuntimeError when the engine does not come to its end."""
-    ball, mill = state.case["ball"], state.case["mill"]
+    ball, mill = state.case.ball, state.case.mill
     of_yade = {
         **{k: v for k, v in values.items() if isinstance(v, (int, float))},
-        "density": ball["density_kg_m3"],
+        "density": ball.density_kg_m3,
         "friction": values["static_friction_pp"],
         "damping_ratio": _core.damping_ratio(values["restitution_pp"]),
-        "length": mill["simulated_length_m"],
+        "length": mill.simulated_length_m,
     }
     write_json(folder / "values.json", of_yade)
     balls = read_data(state.data)

@@ -13,6 +13,7 @@ from millscale.bench.state import STATE_FILE, State, write_data
 from millscale.engine.deck_run import find_engine
 from millscale.mesh import build_liner_mesh, write_stl
 from millscale.packing.charge import liner_of
+from millscale.runs.case_file import load_case
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json
 
@@ -68,7 +69,7 @@ def prepare(scene: Scene, folder: Path, console: Console) -> State:
         finish_campaign(scene.campaign, folder, [scene.case], console)
         _write_state(case_folder)
     about = read_object(kept, "remove it: millscale bench makes it anew")
-    case = read_object(case_folder / "case.json", "millscale generate")
+    case = load_case(case_folder)
     return State(
         case,
         (case_folder / STATE_FILE).absolute(),
@@ -87,13 +88,13 @@ def _write_state(case_folder: Path) -> None:
     angle = _ANGLE.findall(text)
     if not angle:
         raise RuntimeError(f"{deck.name} in {case_folder}: {text[-500:]}")
-    case = read_object(case_folder / "case.json", "millscale generate")
-    box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
+    case = load_case(case_folder)
+    box = (case.domain.half_box_m, case.mill.simulated_length_m)
     dump = case_folder / "state.dump"
     balls = write_data(dump, box, case_folder / STATE_FILE)
     dump.unlink()
     surface = build_liner_mesh(
-        liner_of(case), box[1], case["wall"]["chord_error_m"], case["wall"]["axial_divisions"]
+        liner_of(case), box[1], case.wall.chord_error_m, case.wall.axial_divisions
     )
     write_stl(case_folder / "liner.stl", surface)
     write_json(case_folder / "state.json", {"mill_angle_rad": float(angle[-1]), "balls": balls})

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from millscale.runs.case_file import Case
 from millscale.runs.dumps import read_dump
 from millscale.runs.writing import writing
 
@@ -19,14 +20,13 @@ class State:
     """A mill in motion, and where to find its balls and its liner.
 
     Attributes:
-        case: content of case.json.
         data: data file of the engine (`read_data`, atom style granular).
         liner: STL of the liner at mill angle 0.
         mill_angle: at which the balls are where they are [rad].
         balls: number of balls.
     """
 
-    case: dict
+    case: Case
     data: Path
     liner: Path
     mill_angle: float

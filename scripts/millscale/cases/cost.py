@@ -17,10 +17,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from millscale.runs.case_file import load_case
+from millscale.runs.case_file import Case, load_case
 from millscale.runs.untrusted import read_object
-
-Document = Mapping[str, Any]
 
 # Time of a ball and step without ghost balls [s], one core of an AMD EPYC (family 25 model 1), by
 # contacts and wall, 13,370 balls: 177 ns of our contacts (docs/results/cost-against-size.json) over
@@ -59,73 +57,72 @@ class Rates:
 
     corrections: Mapping[str, float] = field(default_factory=dict)
 
-    def correction(self, case: Document) -> float:
+    def correction(self, case: Case) -> float:
         return self.corrections.get(path_of(case), 1.0)
 
 
 BUILT_IN = Rates()
 
 
-def path_of(case: Document) -> str:
+def path_of(case: Case) -> str:
     """What decides the rate of a case: kind, wall, and who evaluates contacts of balls."""
-    surface = f" {case['deck']['surface']}" if case["kind"] == "multi-ball" else ""
-    mixed = " mixed" if surface and case["deck"].get("precision") == "mixed" else ""
+    surface = f" {case.deck.surface}" if case.kind == "multi-ball" else ""
+    mixed = " mixed" if surface and case.deck.precision == "mixed" else ""
     ledger = " ledger" if _keeps_ledger(case) else ""
-    return f"{case['kind']} {case['wall']['kind']}{surface}{mixed}{ledger}"
+    return f"{case.kind} {case.wall.kind}{surface}{mixed}{ledger}"
 
 
-def _keeps_ledger(case: Document) -> bool:
-    return case["kind"] == "multi-ball" and case["deck"].get("ledger") == "on"
+def _keeps_ledger(case: Case) -> bool:
+    return case.kind == "multi-ball" and case.deck.ledger == "on"
 
 
-def most_ranks(case: Document) -> int:
+def most_ranks(case: Case) -> int:
     """Ranks a case can be cut into along the axis: slabs of two ball diameters at least."""
-    if case["kind"] == "single-ball":
+    if case.kind == "single-ball":
         return 1
-    thinnest = 2.0 * THINNEST_SLAB * case["ball"]["radius_m"]
-    return max(1, math.floor(case["mill"]["simulated_length_m"] / thinnest))
+    thinnest = 2.0 * THINNEST_SLAB * case.ball.radius_m
+    return max(1, math.floor(case.mill.simulated_length_m / thinnest))
 
 
-def ghost_factor(case: Document, ranks: int) -> float:
+def ghost_factor(case: Case, ranks: int) -> float:
     """Work of a step over that without ghost balls, derived in the module's docstring."""
-    reach = 2.0 * case["ball"]["radius_m"] + case["domain"]["skin_m"]
-    return 1.0 + GHOST_SHARE * 2.0 * reach * ranks / case["mill"]["simulated_length_m"]
+    reach = 2.0 * case.ball.radius_m + case.domain.skin_m
+    return 1.0 + GHOST_SHARE * 2.0 * reach * ranks / case.mill.simulated_length_m
 
 
-def step_time(case: Document, ranks: int) -> float:
+def step_time(case: Case, ranks: int) -> float:
     """Wall time of one step of the whole case on free cores [s], before any correction."""
-    wall = case["wall"]
-    if case["kind"] == "single-ball":
-        if wall["kind"] == "analytic":
+    wall = case.wall
+    if case.kind == "single-ball":
+        if wall.kind == "analytic":
             return ANALYTIC_STEP
-        return MESH_STEP + TRIANGLE_STEP * wall["triangles"]
-    ball_step = BALL_STEP[case["deck"]["surface"], wall["kind"]]
+        return MESH_STEP + TRIANGLE_STEP * wall.triangles
+    ball_step = BALL_STEP[case.deck.surface, wall.kind]
     ball_step *= LEDGER if _keeps_ledger(case) else 1.0
-    beyond = max(1.0, case["ball"]["count"] / IN_CACHE)
-    ball_step *= 1.0 + GROWTH[case["deck"]["surface"]] * math.log(beyond)
-    return ball_step * case["ball"]["count"] * ghost_factor(case, ranks) / ranks
+    beyond = max(1.0, case.ball.count / IN_CACHE)
+    ball_step *= 1.0 + GROWTH[case.deck.surface] * math.log(beyond)
+    return ball_step * case.ball.count * ghost_factor(case, ranks) / ranks
 
 
-def run_time(case: Document, steps: int, ranks: int, rates: Rates = BUILT_IN) -> float:
+def run_time(case: Case, steps: int, ranks: int, rates: Rates = BUILT_IN) -> float:
     """Wall time of one run of the engine on free cores [s]."""
     return START + steps * step_time(case, ranks) * rates.correction(case)
 
 
-def wall_time(case: Document, ranks: int, rates: Rates = BUILT_IN) -> float:
+def wall_time(case: Case, ranks: int, rates: Rates = BUILT_IN) -> float:
     """Wall time of a case on free cores, settling included [s].
 
     Args:
-        case: content of case.json; `predicted` may be missing.
         ranks: MPI ranks, one core each; a single ball runs on one.
     """
-    settle = case["time"]["settle_steps"]
+    settle = case.time.settle_steps
     settling = run_time(case, settle, ranks, rates) if settle else 0.0
-    return settling + run_time(case, case["time"]["steps"], ranks, rates)
+    return settling + run_time(case, case.time.steps, ranks, rates)
 
 
-def memory_mb(case: Document, ranks: int) -> int:
+def memory_mb(case: Case, ranks: int) -> int:
     """Memory a case needs [MB]: of the engine, or of the analysis where that is more."""
-    balls = case["ball"]["count"] * ghost_factor(case, ranks)
+    balls = case.ball.count * ghost_factor(case, ranks)
     return math.ceil(STAGES_MB + RANK_MB * ranks + BALL_MB * balls)
 
 
@@ -147,10 +144,10 @@ def learned(folders: Iterable[Path], cpu: str) -> Rates:
     return Rates({path: median(some) for path, some in ratios.items()})
 
 
-def _ratio(case: Document, timing: Document) -> float:
+def _ratio(case: Case, timing: Mapping[str, Any]) -> float:
     """Measured over predicted time of a particle-step."""
     ranks, rate = float(timing["ranks"]), float(timing["particle_steps_per_s_core"])
-    ratio = case["ball"]["count"] / (step_time(case, ranks) * ranks * rate)
+    ratio = case.ball.count / (step_time(case, ranks) * ranks * rate)
     if not 0.0 < ratio < math.inf:
         raise ValueError(f"no rate: {ratio}")
     return ratio

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from millscale.cases.decks import template_folder
 from millscale.engine.deck_run import ENGINE, mpirun_line, mpirun_text
+from millscale.runs.case_file import Case
 from millscale.runs.layout import STAGES, Stage
 
 FILE = "mpirun.sh"
@@ -48,17 +47,16 @@ echo "mpirun.sh: done, series.csv is complete"
 """
 
 
-def script_text(case: Mapping[str, Any], ranks: int) -> str:
+def script_text(case: Case, ranks: int) -> str:
     """mpirun.sh of a case, a POSIX shell script.
 
     Args:
-        case: content of case.json.
         ranks: MPI ranks, if the environment of the script does not name others.
     """
-    stages = [stage for stage in STAGES[case["kind"]] if stage.deck]
+    stages = [stage for stage in STAGES[case.kind] if stage.deck]
     bodies = {"settle": _SETTLE, "rotate": _ROTATE}
     values = {
-        "title": f"{case['id']}: {_TITLES[case['kind']]}.",
+        "title": f"{case.id}: {_TITLES[case.kind]}.",
         "ranks": str(ranks),
         "engine": ENGINE,
         "lines": "\n".join(f"#   {mpirun_text(_line(stage, ranks))}" for stage in stages),
@@ -72,7 +70,7 @@ def script_text(case: Mapping[str, Any], ranks: int) -> str:
     return text
 
 
-def write_script(case: Mapping[str, Any], ranks: int, folder: Path) -> None:
+def write_script(case: Case, ranks: int, folder: Path) -> None:
     """Write mpirun.sh of a case to a folder."""
     path = folder / FILE
     path.write_text(script_text(case, ranks), encoding="utf-8")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from millscale.errors import CampaignError
+from millscale.runs.case_file import Case
 
 # Bytes, rounded up from the files of single balls and of charges of 4,171 to 13,370 balls.
 SERIES_ROW = {"single-ball": 500, "multi-ball": 420}
@@ -24,27 +24,23 @@ FIXED = 150_000  # decks, records, the rest of the logs
 SPARE = 100_000_000
 
 
-def output_bytes(case: Mapping[str, Any]) -> int:
-    """The most that a case folder, and its bed in DIR/settled, should take [bytes].
-
-    Args:
-        case: content of case.json.
-    """
-    kind, balls, time, output = case["kind"], case["ball"]["count"], case["time"], case["output"]
-    rows = time["steps"] // output["sample_steps"] + 2
-    lines = (time["settle_steps"] + time["steps"]) // output["thermo_steps"] + 10
-    total = FIXED + TRIANGLE * case["wall"]["triangles"]
+def output_bytes(case: Case) -> int:
+    """The most that a case folder, and its bed in DIR/settled, should take [bytes]."""
+    kind, balls, time, output = case.kind, case.ball.count, case.time, case.output
+    rows = time.steps // output.sample_steps + 2
+    lines = (time.settle_steps + time.steps) // output.thermo_steps + 10
+    total = FIXED + TRIANGLE * case.wall.triangles
     total += SERIES_ROW[kind] * rows + 2 * LOG_LINE * lines
-    if case["deck"]["dumps"] == "on":
-        total += (time["steps"] // output["dump_steps"] + 2) * (DUMP_HEAD + DUMPED_BALL * balls)
-    if case["deck"].get("ledger") == "on":
+    if case.deck.dumps == "on":
+        total += (time.steps // output.dump_steps + 2) * (DUMP_HEAD + DUMPED_BALL * balls)
+    if case.deck.ledger == "on":
         total += LEDGER_ROW * rows + IMPACTS
     if kind == "multi-ball":
         total += OCCUPANCY + (PACKED_BALL + 2 * SETTLED_BALL + 2 * MOVING_BALL) * balls
     return total
 
 
-def check_budget(file: Path, case: Mapping[str, Any], budget: float) -> None:
+def check_budget(file: Path, case: Case, budget: float) -> None:
     """Refuse a case that would write more than the campaign allows.
 
     Args:
@@ -54,18 +50,18 @@ def check_budget(file: Path, case: Mapping[str, Any], budget: float) -> None:
     Raises:
         CampaignError: names the case and its size.
     """
-    size = case["predicted"]["output_bytes"]
+    size = case.predicted.output_bytes
     if size > budget:
         raise CampaignError(
             file,
             "run.output_gb",
-            f"{case['id']} would write {size / 1e9:.3g} GB, the budget of a case is "
+            f"{case.id} would write {size / 1e9:.3g} GB, the budget of a case is "
             f"{budget / 1e9:.3g} GB",
             "a larger dump_angle_rad or sample_angle_rad, or a larger run.output_gb",
         )
 
 
-def check_disk(runs: Path, cases: Sequence[Mapping[str, Any]], done: Sequence[bool]) -> None:
+def check_disk(runs: Path, cases: Sequence[Case], done: Sequence[bool]) -> None:
     """Refuse to begin what the disk cannot hold.
 
     Args:
@@ -79,9 +75,7 @@ def check_disk(runs: Path, cases: Sequence[Mapping[str, Any]], done: Sequence[bo
     while not place.exists():
         place = place.parent
     needed = sum(
-        case["predicted"]["output_bytes"]
-        for case, there in zip(cases, done, strict=True)
-        if not there
+        case.predicted.output_bytes for case, there in zip(cases, done, strict=True) if not there
     )
     free = shutil.disk_usage(place).free
     if needed and needed + SPARE > free:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
+from msgspec import to_builtins
+
+from millscale.runs.case_file import Case, Material, Wall
 from millscale.runs.writing import write_text
 
 FILE = "parameters.in"
@@ -15,70 +16,68 @@ SOFT_BELOW = 5e6
 HARD_ABOVE = 1e9
 
 
-def parameters(case: Mapping[str, Any]) -> dict[str, float | int | str]:
-    """Name -> value of every variable the decks may use, SI units, angles in rad unless named _deg.
-
-    Args:
-        case: content of case.json.
-    """
-    physical, mill, ball, time = (case[part] for part in ("physical", "mill", "ball", "time"))
-    x, y, z = ball.get("start_m", (0.0, 0.0, 0.0))
+def parameters(case: Case) -> dict[str, float | int | str]:
+    """Return the variables of the decks by name. SI units; angles in rad unless named _deg."""
+    physical, mill, ball, time, output = (
+        case.physical, case.mill, case.ball, case.time, case.output
+    )  # fmt: skip
+    x, y, z = ball.start_m or (0.0, 0.0, 0.0)
     return {
         # No deck uses it: the engine's log, which repeats this file, names the case of a run.
-        "case_digest": f"sha256-{case['digest']!s:.32}",
-        "mill_radius_physical": physical["radius_m"],
-        "gravity_physical": physical["gravity_m_s2"],
-        "omega_physical": physical["omega_rad_s"],
-        "S": case["S"],
-        "scheme": case["scheme"],
-        "policy": case["policy"],
-        "time_factor": case["time_factor"],
-        "centrifuging": "allow" if case["allow_centrifuging"] else "refuse",
-        "ball_radius": ball["radius_m"],
-        "ball_density": ball["density_kg_m3"],
+        "case_digest": f"sha256-{case.digest!s:.32}",
+        "mill_radius_physical": physical.radius_m,
+        "gravity_physical": physical.gravity_m_s2,
+        "omega_physical": physical.omega_rad_s,
+        "S": case.S,
+        "scheme": case.scheme,
+        "policy": case.policy,
+        "time_factor": case.time_factor,
+        "centrifuging": "allow" if case.allow_centrifuging else "refuse",
+        "ball_radius": ball.radius_m,
+        "ball_density": ball.density_kg_m3,
         "ball_x": x,
         "ball_y": y,
         "ball_z": z,
-        **_material(case["material"]),
+        **_material(case.material),
         "wall_damping": "on",
-        **case["deck"],
-        "mill_radius": mill["radius_m"],
-        "wall": case["wall"]["kind"],
-        "shape": "lifters" if mill["lifters"] else "drum",
-        "lifter_top_radius": mill["lifter_top_radius_m"],
-        "lifter_top_width": mill["lifter_top_width_m"],
-        "groove_width": mill["groove_width_m"],
-        "lifters": mill["lifters"],
-        "phase": mill["phase_rad"],
-        "length": mill["simulated_length_m"],
-        "half_box": case["domain"]["half_box_m"],
-        "skin": case["domain"]["skin_m"],
-        **_mesh(case["wall"]),
-        "time_step": time["step_s"],
-        "start_time": time["start_s"],
-        "rest_steps": time["rest_steps"],
-        "settle_steps": time["settle_steps"],
-        "rotation_steps": time["rotation_steps"],
-        **{
-            name: case["output"][name]
-            for name in ("sample_steps", "dump_steps", "restart_steps", "thermo_steps")
-        },
+        **to_builtins(case.deck),
+        "mill_radius": mill.radius_m,
+        "wall": case.wall.kind,
+        "shape": "lifters" if mill.lifters else "drum",
+        "lifter_top_radius": mill.lifter_top_radius_m,
+        "lifter_top_width": mill.lifter_top_width_m,
+        "groove_width": mill.groove_width_m,
+        "lifters": mill.lifters,
+        "phase": mill.phase_rad,
+        "length": mill.simulated_length_m,
+        "half_box": case.domain.half_box_m,
+        "skin": case.domain.skin_m,
+        **_mesh(case.wall),
+        "time_step": time.step_s,
+        "start_time": time.start_s,
+        "rest_steps": time.rest_steps,
+        "settle_steps": time.settle_steps,
+        "rotation_steps": time.rotation_steps,
+        "sample_steps": output.sample_steps,
+        "dump_steps": output.dump_steps,
+        "restart_steps": output.restart_steps,
+        "thermo_steps": output.thermo_steps,
     }
 
 
-def write_parameters(case: Mapping[str, Any], folder: Path) -> None:
+def write_parameters(case: Case, folder: Path) -> None:
     """Write parameters.in of a case to a folder."""
     write_text(Path(folder) / FILE, parameters_text(case))
 
 
-def parameters_text(case: Mapping[str, Any]) -> str:
+def parameters_text(case: Case) -> str:
     """parameters.in of a case.
 
     Variables are of style string: the engine prints other styles with 15 digits, which would not
     bring a number back exactly.
     """
     values = parameters(case)
-    lines = [f"# {case['id']}: values of the decks, SI units"]
+    lines = [f"# {case.id}: values of the decks, SI units"]
     lines += [
         f"variable {name} string {value if isinstance(value, str) else repr(value)}"
         for name, value in values.items()
@@ -86,23 +85,23 @@ def parameters_text(case: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _mesh(wall: Mapping[str, Any]) -> dict[str, float | str]:
+def _mesh(wall: Wall) -> dict[str, float | str | None]:
     """What an analytic wall does without."""
-    if wall["kind"] != "mesh":
+    if wall.kind != "mesh":
         return {}
-    return {"curvature_deg": wall["curvature_deg"], "liner_file": LINER_FILE}
+    return {"curvature_deg": wall.curvature_deg, "liner_file": LINER_FILE}
 
 
-def _material(material: Mapping[str, Any]) -> dict[str, float | str]:
+def _material(material: Material) -> dict[str, float | str]:
     coefficients = ("restitution", "static_friction", "rolling_friction")
-    modulus = material["youngs_modulus_pa"]
+    modulus = material.youngs_modulus_pa
     return {
         "youngs_modulus": modulus,
         "soft_particles": "yes" if modulus < SOFT_BELOW else "no",
         "hard_particles": "yes" if modulus > HARD_ABOVE else "no",
-        "poisson_ratio": material["poisson_ratio"],
+        "poisson_ratio": material.poisson_ratio,
         **{
-            f"{name}_{pair}": material[f"{name}_{pair}"]
+            f"{name}_{pair}": getattr(material, f"{name}_{pair}")
             for name in coefficients
             for pair in ("pp", "pw")
         },

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -16,6 +14,7 @@ from millscale.campaign.campaign import Ball
 from millscale.errors import CampaignError
 from millscale.packing.ball_sizes import draw_radii, mean_volume
 from millscale.packing.random_block import random_block
+from millscale.runs.case_file import Case
 from millscale.runs.writing import writing
 
 FILE = "charge.data"
@@ -61,33 +60,33 @@ class Packing:
     length: float
 
 
-def write_charge(case: Mapping[str, Any], folder: Path) -> None:
+def write_charge(case: Case, folder: Path) -> None:
     """Write charge.data of a multi-ball case to a folder.
 
     Raises:
         CampaignError: the balls do not fit into the mill.
     """
-    ball, room = case["ball"], room_of(case)
-    sizes = Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
-    packing = pack(room, sizes, ball["count"], np.random.default_rng(case["seed"]))
-    write_data(packing, sizes.density, case["domain"]["half_box_m"], Path(folder) / FILE)
+    ball, room = case.ball, room_of(case)
+    sizes = Ball(ball.radius_m, ball.density_kg_m3, ball.radius_std_m, ball.truncation)
+    packing = pack(room, sizes, ball.count, np.random.default_rng(case.seed))
+    write_data(packing, sizes.density, case.domain.half_box_m, Path(folder) / FILE)
 
 
-def room_of(case: Mapping[str, Any]) -> Room:
+def room_of(case: Case) -> Room:
     """Room for the charge of a case."""
-    return Room(liner_of(case), case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"])
+    return Room(liner_of(case), case.mill.simulated_length_m, case.wall.chord_error_m)
 
 
-def liner_of(case: Mapping[str, Any]) -> _core.Liner:
+def liner_of(case: Case) -> _core.Liner:
     """The scaled mill's liner as case.json states it."""
-    mill = case["mill"]
+    mill = case.mill
     return _core.Liner(
-        mill["radius_m"],
-        mill["lifter_top_radius_m"],
-        mill["lifter_top_width_m"],
-        mill["groove_width_m"],
-        mill["lifters"],
-        mill["phase_rad"],
+        mill.radius_m,
+        mill.lifter_top_radius_m,
+        mill.lifter_top_width_m,
+        mill.groove_width_m,
+        mill.lifters,
+        mill.phase_rad,
     )
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from millscale.analysis.charge.energy_budget import account, impact_spectrum, read_ledger
 from millscale.cases.decks import copy_decks
@@ -23,6 +24,7 @@ from millscale.engine.deck_run import engine_text, find_engine
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError, EngineError
 from millscale.report.figures.energy_budget import energy_account
+from millscale.runs.case_file import Case, load_case
 from millscale.runs.series import read_series
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
@@ -54,7 +56,7 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     Args:
         angle: of the rotation [rad]; None: that of the case.
     """
-    case = read_object(case_folder / "case.json", "millscale generate")
+    case = load_case(case_folder)
     copy_decks((DECK,), folder)
     write_parameters(with_ledger(case, path, angle), folder)
     shutil.copyfile(case_folder / BED, folder / BED)
@@ -67,7 +69,7 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     return {
         "tangential_damping": path.damping,
         "step_s": path.step,
-        "balls": case["ball"]["count"],
+        "balls": case.ball.count,
         **accounted(folder),
     }
 
@@ -82,23 +84,22 @@ def accounted(folder: Path) -> dict[str, Any]:
     }
 
 
-def with_ledger(case: Mapping[str, Any], path: Contacts, angle: float | None) -> dict[str, Any]:
+def with_ledger(case: Case, path: Contacts, angle: float | None) -> Case:
     """A case.json with the account in its decks, on a path, without dumps and restart files."""
-    time, output = dict(case["time"]), dict(case["output"])
-    longer = path.step / time["step_s"]
-    angle = angle or time["rotation_angle_rad"]
-    steps = time["rotation_steps"] / longer * angle / time["rotation_angle_rad"]
-    time |= {"step_s": path.step, "rotation_steps": round(steps)}
-    for name in ("sample_steps", "thermo_steps"):
-        output[name] = max(1, round(output[name] / longer))
-    output["restart_steps"] = time["rotation_steps"] + 1
-    deck = case["deck"] | {
-        "ledger": "on",
-        "dumps": "off",
-        "surface": "fast",
-        "tangential_damping": path.damping,
-    }
-    return dict(case) | {"time": time, "output": output, "deck": deck}
+    longer = path.step / case.time.step_s
+    angle = angle or case.time.rotation_angle_rad
+    steps = case.time.rotation_steps / longer * angle / case.time.rotation_angle_rad
+    time = replace(case.time, step_s=path.step, rotation_steps=round(steps))
+    output = replace(
+        case.output,
+        sample_steps=max(1, round(case.output.sample_steps / longer)),
+        thermo_steps=max(1, round(case.output.thermo_steps / longer)),
+        restart_steps=time.rotation_steps + 1,
+    )
+    deck = replace(
+        case.deck, ledger="on", dumps="off", surface="fast", tangential_damping=path.damping
+    )
+    return replace(case, time=time, output=output, deck=deck)
 
 
 def series_work(folder: Path, begin: float, end: float) -> float:
@@ -125,7 +126,7 @@ def write_energy_budget(case_folder: Path, file: Path, angle: float | None, only
         accepted = ", ".join(PATHS)
         raise CampaignError("millscale validate energy", "--only", f"got {only}", accepted)
     kept = read_object(file, "remove it")["paths"] if only and file.exists() else {}
-    case = read_object(case_folder / "case.json", "millscale generate")
+    case = load_case(case_folder)
     for name in [only] if only else PATHS:
         with tempfile.TemporaryDirectory(prefix="energy-") as folder:
             kept[name] = turned(case_folder, Path(folder), PATHS[name], angle)
@@ -133,9 +134,9 @@ def write_energy_budget(case_folder: Path, file: Path, angle: float | None, only
         _write(file, case, kept)
 
 
-def _write(file: Path, case: Mapping[str, Any], paths: Mapping[str, Any]) -> None:
+def _write(file: Path, case: Case, paths: Mapping[str, Any]) -> None:
     record = provenance() | {"command": COMMAND}
-    document = {"schema": 1, "case": case["id"], "S": case["S"], "paths": paths}
+    document = {"schema": 1, "case": case.id, "S": case.S, "paths": paths}
     file.parent.mkdir(parents=True, exist_ok=True)
     write_json(file, document | {"provenance": record})
     if "default" in paths:

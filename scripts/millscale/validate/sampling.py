@@ -22,8 +22,9 @@ from millscale.engine.record import provenance
 from millscale.engine.restart_file import read_restart
 from millscale.engine.resume import RESUME_FILE
 from millscale.errors import EngineError
+from millscale.runs.case_file import Case, load_case
 from millscale.runs.series import Series, read_series
-from millscale.runs.untrusted import RunFolderError, read_object
+from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json, write_text
 
 COMMAND = "millscale validate sampling CASE..."
@@ -94,7 +95,7 @@ def by_parity(series: Series, every: int) -> dict[str, dict[str, float]]:
     return found
 
 
-def torque_of(series: Series, case: dict[str, Any]) -> dict[str, float]:
+def torque_of(series: Series, case: Case) -> dict[str, float]:
     """Return torque over M g R of a series: by the work of the drive and by the balance."""
     scales, ends = charge_scales(case, series), series["mill_angle_rad"][[0, -1]]
     balance = torque_balance(series, scales, Window(*map(float, ends), ends))
@@ -108,16 +109,16 @@ def torque_of(series: Series, case: dict[str, Any]) -> dict[str, float]:
 
 def sampled(case_folder: Path, steps: int, step_s: float | None = None) -> dict[str, Any]:
     """What the rows of a case miss; with its own time step or another [s]."""
-    case = read_object(case_folder / "case.json", "millscale generate")
-    own = case["time"]["step_s"]
+    case = load_case(case_folder)
+    own = case.time.step_s
     with tempfile.TemporaryDirectory(prefix="sampling-") as folder:
         series = every_step(case_folder, Path(folder), steps, step_s or own)
-    every = round(case["output"]["sample_steps"] * own / (step_s or own))
+    every = round(case.output.sample_steps * own / (step_s or own))
     return {
-        "S": case["S"],
+        "S": case.S,
         "step_s": step_s or own,
-        "balls": case["ball"]["count"],
-        "tangential_damping": case["deck"]["tangential_damping"],
+        "balls": case.ball.count,
+        "tangential_damping": case.deck.tangential_damping,
         "steps": steps,
         "sample_steps": every,
         "torque": torque_of(series, case),

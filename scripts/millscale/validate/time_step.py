@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from millscale.engine.record import provenance
+from millscale.runs.case_file import Case, load_case
 from millscale.runs.case_folder import (
     CASE,
     STAGE,
@@ -41,8 +42,6 @@ BED = next(case for case in CASES if case.kind == REST and case.steps is None)
 # Of the dimensionless means of a result.json.
 MEANS = ("kinetic", "kinetic_rotation", "power", "centre_z")
 ERRORS = ("contour", "curtain", "power")
-# What must be the same for two settings to differ in step and path alone.
-_SAME = (("material",), ("ball",), ("mill",), ("wall", "chord_error_m"))
 
 
 def collisions(mill: Mill) -> Iterator[Row]:
@@ -104,21 +103,21 @@ def mills(study: Path) -> Iterator[Row]:
         begun = [place for place in places if (place / CASE).exists()]
         if not begun:
             continue
-        case = read_json(begun[0] / CASE, "millscale study")
+        case = load_case(begun[0])
         path = path_of(case)
-        if path is None or any(_at(case, key) != _at(reference, key) for key in _SAME):
+        if path is None or _mill_of(case) != _mill_of(reference):
             continue
-        cases, time = _finished(places), case["time"]
+        cases, time = _finished(places), case.time
         if not cases and all(_stopped(place) is None for place in begun):
             continue
         row = {
             "scene": "mill",
             "setting": name,
             "path": path,
-            "dt": time["step_s"],
-            "dt_over_rayleigh": time["rayleigh_fraction"],
-            "dt_over_damping_limit": time["limit_fraction"],
-            "steps_per_contact": time["steps_per_contact"],
+            "dt": time.step_s,
+            "dt_over_rayleigh": time.rayleigh_fraction,
+            "dt_over_damping_limit": time.limit_fraction,
+            "steps_per_contact": time.steps_per_contact,
             "seeds": len(cases),
             "stopped_by": [cause for cause in map(_stopped, begun) if cause],
             "is_reference": name == about["reference"],
@@ -150,23 +149,21 @@ def _stopped(place: Path) -> str | None:
     return record["cause"] if record.get("state") == "failed" else None
 
 
-def path_of(case: Row) -> str | None:
+def path_of(case: Case) -> str | None:
     """The path of PATHS a case takes; None for another pairing of contacts and wall."""
-    deck, wall = case["deck"], case["wall"]["kind"]
-    if deck["surface"] == "default":
+    deck, wall = case.deck, case.wall.kind
+    if deck.surface == "default":
         return "stock" if wall == "mesh" else None
     if wall != "analytic":
         return None
-    if deck["tangential_damping"] != "bounded":
+    if deck.tangential_damping != "bounded":
         return "plain"
-    return "mixed" if deck.get("precision") == "mixed" else "default"
+    return "mixed" if deck.precision == "mixed" else "default"
 
 
-def _at(case: Row, key: tuple[str, ...]) -> Any:
-    value: Any = case
-    for part in key:
-        value = value.get(part) if isinstance(value, dict) else None
-    return value
+def _mill_of(case: Case) -> tuple[Any, ...]:
+    """Return what must agree for two cases to differ in step and contact backend alone."""
+    return case.material, case.ball, case.mill, case.wall.chord_error_m
 
 
 def _mean(cases, key: str) -> float:

@@ -31,10 +31,10 @@ def rows_of(cases: Iterable[FinishedCase]) -> Iterator[Row]:
         balance, steady = result["torque_balance"], result["steady"]
         yield {
             "id": one.id,
-            "S": case["S"],
-            "seed": case["seed"],
-            "balls": case["ball"]["count"],
-            "step_s": case["time"]["step_s"],
+            "S": case.S,
+            "seed": case.seed,
+            "balls": case.ball.count,
+            "step_s": case.time.step_s,
             "wall_damping": _wall_damping(one),
             "from_rad": result["mean_from_rad"],
             "to_rad": result["mean_to_rad"],
