@@ -258,6 +258,14 @@ def test_every_command_and_option_in_the_documentation_exists():
     assert not unknown
 
 
+def test_the_reference_lists_every_command():
+    listed = (ROOT / "docs/reference/commands.md").read_text(encoding="utf-8")
+    group = typer.main.get_command(app)
+    for name, command in group.commands.items():
+        for inner in ("", *(f" {inner}" for inner in getattr(command, "commands", ()))):
+            assert f"`millscale {name}{inner}" in listed
+
+
 def test_the_architecture_names_the_layers_in_their_order():
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     core, _, python = text.partition("**C++.**")[2].partition("**Python.**")

@@ -10,6 +10,7 @@ from millscale.workflow.plan import plan_rows
 from paper_campaign import CAMPAIGNS, REPOSITORY
 
 REFERENCE = REPOSITORY / "docs/reference/campaign-file.md"
+GUIDE = REPOSITORY / "docs/guide/campaigns.md"
 # Studies have tests of their own.
 FILES = sorted(
     (path for path in CAMPAIGNS.glob("*.toml") if not path.name.startswith("study-")),
@@ -18,10 +19,10 @@ FILES = sorted(
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_shipped_campaign_is_accepted_and_named_like_its_file(path):
+def test_a_shipped_campaign_is_accepted_named_like_its_file_and_in_the_guide(path):
     campaign = load_campaign(path)
     assert campaign.name == path.stem
-    assert plan_rows(campaign)
+    assert f"| `{path.stem}` | {len(plan_rows(campaign))} |" in GUIDE.read_text(encoding="utf-8")
 
 
 def test_the_papers_single_ball_campaign_runs_six_mills_by_two_schemes_by_three_policies():
