@@ -12,6 +12,7 @@ import typer
 from test_layers import CORE, PYTHON
 
 from millscale.cli.main import app
+from millscale.workflow.failures import KINDS
 
 ROOT = Path(__file__).parents[1]
 COLUMNS = 100
@@ -264,6 +265,12 @@ def test_the_reference_lists_every_command():
     for name, command in group.commands.items():
         for inner in ("", *(f" {inner}" for inner in getattr(command, "commands", ()))):
             assert f"`millscale {name}{inner}" in listed
+
+
+def test_the_guide_lists_every_kind_of_failure():
+    text = (ROOT / "docs/guide/failures.md").read_text(encoding="utf-8")
+    table = text.partition("| kind |")[2].partition("\n\n")[0].splitlines()[2:]
+    assert {cells(row)[0] for row in table} == set(KINDS)
 
 
 def test_the_architecture_names_the_layers_in_their_order():
