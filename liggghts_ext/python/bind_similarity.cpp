@@ -29,7 +29,8 @@ std::string describe(const ScaledMill& s)
   return "ScaledMill(mill=" + describe(s.mill) + ", base=" + describe(s.base) +
          ", froude=" + format(s.froude) +
          ", predicted_energy_ratio=" + format(s.predicted_energy_ratio) +
-         ", centre_path_energy_ratio=" + format(s.centre_path_energy_ratio) + ")";
+         ", centre_path_energy_ratio=" + format(s.centre_path_energy_ratio) +
+         ", friction_ratio=" + format(s.friction_ratio) + ")";
 }
 
 ScaledMill scale_by_names(const OperatingPoint& physical, double S, const std::string& scheme_name,
@@ -67,6 +68,8 @@ void bind_types(nb::module_& m)
               "Energy change of a ball, scaled / physical, from S alone [-].")
       .def_ro("centre_path_energy_ratio", &ScaledMill::centre_path_energy_ratio,
               "The same from the factors of the path of the ball's centre [-].")
+      .def_ro("friction_ratio", &ScaledMill::friction_ratio,
+              "Sliding friction between balls, scaled / physical [-].")
       .def("__repr__", [](const ScaledMill& s) { return describe(s); });
 }
 
@@ -81,7 +84,8 @@ void millscale::python::bind_similarity(nb::module_& m)
       "The scaled mill that keeps the physical mill's Froude number, as ScaledMill.\n\n"
       "S: physical radius / scaled radius, >= 1.\n"
       "scheme: constant-gravity, constant-speed, or froude (with time_factor, scaled / physical).\n"
-      "policy: paper, corrected, offset-liner; what is done about the ball radius, which stays.\n"
+      "policy: paper, corrected, offset-liner or friction-matched; what is done about the ball\n"
+      "radius, which stays.\n"
       "allow_centrifuging: accept a Froude number of 1 or more.");
   m.def(
       "factor",

@@ -16,8 +16,12 @@ enum class Scheme { constant_gravity, constant_speed, froude };
 /// What is done about the ball radius, which is not scaled while the mill is.
 ///   paper         the law for point masses, as printed
 ///   corrected     the law for the path of the ball's centre, R - a, in the geometrically scaled
-///   mill offset_liner  the liner is built so that the centre path, R - a, scales by S exactly
-enum class Policy { paper, corrected, offset_liner };
+///                 mill
+///   offset_liner  the liner is built so that the centre path, R - a, scales by S exactly
+///   friction_matched  the paper's law, and the sliding friction between balls divided by S: the
+///                 inertial number of the flowing layer grows as S and with it the effective
+///                 friction of the charge, which this takes back
+enum class Policy { paper, corrected, offset_liner, friction_matched };
 
 inline Scheme scheme_from_name(const std::string& name)
 {
@@ -33,8 +37,9 @@ inline Policy policy_from_name(const std::string& name)
   if (name == "paper") return Policy::paper;
   if (name == "corrected") return Policy::corrected;
   if (name == "offset-liner") return Policy::offset_liner;
+  if (name == "friction-matched") return Policy::friction_matched;
   throw std::invalid_argument("policy: got '" + name +
-                              "', accepted are paper, corrected, offset-liner");
+                              "', accepted are paper, corrected, offset-liner, friction-matched");
 }
 
 /// What to derive a scaled mill from, beside the physical one.
@@ -54,6 +59,7 @@ struct ScaledMill {
   double predicted_energy_ratio;  ///< Eq. 15: change of energy of one ball, scaled / physical, from
                                   ///< S alone
   double centre_path_energy_ratio;  ///< the same from the factors of the centre path, R - a
+  double friction_ratio;  ///< sliding friction between balls, scaled / physical (see Policy)
 };
 
 /// Base factors (length, mass, time) at a length factor. Source: Powder Technology 335 (2018)
@@ -116,7 +122,9 @@ inline void check(const OperatingPoint& physical, const ScalingRequest& request)
 /// The scaled mill that keeps the physical mill's Froude number (of R, or of R - a: see Policy).
 /// Throws std::invalid_argument, naming the value and what is accepted: S < 1, R/S <= a,
 /// Fr >= 1 without permission, non-positive input.
-/// Source: Powder Technology 335 (2018) 91-102, Eqs. 5-15; policies derived here.
+/// Source: Powder Technology 335 (2018) 91-102, Eqs. 5-15; policies derived here. The friction
+/// ratio 1 / S is empirical: measured for S up to 3.1 and coefficients of .4 to .55
+/// (docs/results/friction-matched.md).
 inline ScaledMill scale(const OperatingPoint& physical, const ScalingRequest& request)
 {
   detail::check(physical, request);
@@ -137,6 +145,7 @@ inline ScaledMill scale(const OperatingPoint& physical, const ScalingRequest& re
       factor(base_factors(geometric, request.scheme, request.time_factor), dimension::energy);
   // Energy per mass is gravity times height, and heights follow the centre path in every policy.
   scaled.centre_path_energy_ratio = factor(scaled.base, dimension::acceleration) * centre_path;
+  scaled.friction_ratio = request.policy == Policy::friction_matched ? geometric : 1.0;
   return scaled;
 }
 

@@ -131,6 +131,20 @@ TEST(Law, ScalingTwiceIsScalingByTheProduct)
     }
 }
 
+TEST(Law, FrictionMatchedIsThePapersLawWithFrictionOverS)
+{
+  for (const Scheme scheme : {Scheme::constant_gravity, Scheme::constant_speed})
+    for (const double S : factors) {
+      const ScaledMill matched = scale(paper_mill, request(S, scheme, Policy::friction_matched));
+      const ScaledMill paper = scale(paper_mill, request(S, scheme));
+      EXPECT_EQ(matched.mill.radius, paper.mill.radius);
+      EXPECT_EQ(matched.mill.omega, paper.mill.omega);
+      EXPECT_EQ(matched.mill.gravity, paper.mill.gravity);
+      EXPECT_EQ(paper.friction_ratio, 1.0);
+      EXPECT_NEAR(matched.friction_ratio * S, 1.0, rounding);
+    }
+}
+
 TEST(Law, FroudeSchemeContainsTheOtherTwo)
 {
   const double S = 2.6;
@@ -195,6 +209,7 @@ TEST(LawErrors, UnknownNamesListTheKnownOnes)
 {
   EXPECT_EQ(scheme_from_name("constant-speed"), Scheme::constant_speed);
   EXPECT_EQ(policy_from_name("offset-liner"), Policy::offset_liner);
+  EXPECT_EQ(policy_from_name("friction-matched"), Policy::friction_matched);
   EXPECT_THROW(scheme_from_name("constant_gravity"), std::invalid_argument);
   EXPECT_THROW(policy_from_name(""), std::invalid_argument);
 }
