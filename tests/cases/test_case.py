@@ -6,6 +6,7 @@ import pytest
 
 from millscale import _core
 from millscale.cases.parameters import parameters
+from millscale.errors import CampaignError
 from millscale.runs.case_digest import case_digest
 from millscale.runs.case_file import Case, load_case
 from millscale.runs.untrusted import RunFolderError
@@ -241,3 +242,23 @@ def test_a_case_json_of_a_mesh_without_a_curvature_is_refused(tmp_path):
     (tmp_path / "case.json").write_text(json.dumps(document), encoding="utf-8")
     with pytest.raises(RunFolderError, match=r"wall\.curvature_deg is missing"):
         load_case(tmp_path)
+
+
+def test_friction_matched_divides_the_friction_between_balls_alone(tmp_path):
+    policies = {"scaling__policies": ["friction-matched", "paper"]}
+    found = by_id(cases(tmp_path, **policies, multi_ball=MULTI_BALL["multi_ball"]))
+    matched, paper = found["mb-cg-friction-matched-S2.600"], found["mb-cg-paper-S2.600"]
+    ratio = matched.material.static_friction_pp / paper.material.static_friction_pp
+    assert ratio == pytest.approx(1.0 / 2.6)
+    assert matched.factors.friction == pytest.approx(1.0 / 2.6)
+    assert matched.material.static_friction_pw == paper.material.static_friction_pw
+    assert matched.mill == paper.mill
+    assert "friction" not in json.loads(paper.text())["factors"]
+
+
+def test_friction_matched_is_no_policy_of_a_single_ball(tmp_path):
+    """It has no contact with another ball."""
+    found = cases(tmp_path, scaling__policies=["friction-matched", "paper"])
+    assert {case.policy for case in found} == {"paper"}
+    with pytest.raises(CampaignError, match="a single ball has no contact between balls"):
+        cases(tmp_path, single_ball__policies=["friction-matched"])

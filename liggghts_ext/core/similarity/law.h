@@ -124,7 +124,7 @@ inline void check(const OperatingPoint& physical, const ScalingRequest& request)
 /// Fr >= 1 without permission, non-positive input.
 /// Source: Powder Technology 335 (2018) 91-102, Eqs. 5-15; policies derived here. The friction
 /// ratio 1 / S is empirical: measured for S up to 3.1 and coefficients of .4 to .55
-/// (docs/results/friction-matched.md).
+/// (docs/theory/similarity-law.md).
 inline ScaledMill scale(const OperatingPoint& physical, const ScalingRequest& request)
 {
   detail::check(physical, request);

@@ -15,7 +15,8 @@ class Required:
 
 REQUIRED: Final = Required()
 SCHEMES: Final = ("constant-gravity", "constant-speed", "froude")
-POLICIES: Final = ("paper", "corrected", "offset-liner")
+FRICTION_MATCHED: Final = "friction-matched"
+POLICIES: Final = ("paper", "corrected", "offset-liner", FRICTION_MATCHED)
 READINGS: Final = ("trapezoid", "parallel")
 STIFFNESSES: Final = ("fixed", "overlap-matched")
 KINDS: Final = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
@@ -99,7 +100,7 @@ def _schemes(default: Any) -> Key:
 
 
 def _policies(default: Any) -> Key:
-    meaning = "how the law treats the ball radius, which is not scaled"
+    meaning = "what the law changes because the balls are not scaled"
     return Key("text", meaning, default, choices=POLICIES, many=True)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from millscale.campaign.campaign import Charge, Mill, Study
-from millscale.campaign.keys import ADVISED, KINDS
+from millscale.campaign.keys import ADVISED, FRICTION_MATCHED, KINDS
 from millscale.campaign.units import AGREEMENT, resolve
 from millscale.errors import CampaignError
 
@@ -42,7 +42,7 @@ def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mi
         kind=KINDS[name],
         ratios=ratios,
         schemes=section["schemes"] or scaling["schemes"],
-        policies=section["policies"] or scaling["policies"],
+        policies=_part_policies(path, name, section["policies"], scaling["policies"]),
         step=None if section["step_s"] == ADVISED else section["step_s"],
         wait=_wait(name, section, mill, sections["ball"]["radius_m"]),
         rotation_angle=rotation,
@@ -52,6 +52,24 @@ def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mi
         charge=None if single else _charge(path, sections, ratios, mill),
         ledger=not single and _ledger(path, sections),
     )
+
+
+def _part_policies(
+    path: Path, name: str, own: tuple[str, ...] | None, common: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return the policies of a campaign part; of a single ball, those that can change it."""
+    policies = own or common
+    if name != "single_ball" or FRICTION_MATCHED not in policies:
+        return policies
+    left = tuple(policy for policy in policies if policy != FRICTION_MATCHED)
+    if own or not left:
+        raise CampaignError(
+            path,
+            f"{name}.policies",
+            f"got {FRICTION_MATCHED}: a single ball has no contact between balls",
+            "other policies",
+        )
+    return left
 
 
 def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:

@@ -94,6 +94,7 @@ def factors_part(model: Model) -> Factors:
         mass=base.mass,
         time=base.time,
         energy=_core.factor(base, 2, 1, -2),
+        friction=ratio if (ratio := model.scaled.friction_ratio) != 1.0 else None,
     )
 
 
@@ -169,7 +170,7 @@ def material_part(campaign: Campaign, model: Model) -> Material:
         poisson_ratio=material.poisson_ratio,
         restitution_pp=material.restitution_pp,
         restitution_pw=material.restitution_pw,
-        static_friction_pp=material.static_friction_pp,
+        static_friction_pp=material.static_friction_pp * model.scaled.friction_ratio,
         static_friction_pw=material.static_friction_pw,
         rolling_friction_pp=material.rolling_friction_pp,
         rolling_friction_pw=material.rolling_friction_pw,

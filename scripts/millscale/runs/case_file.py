@@ -108,12 +108,17 @@ class Mill(Section):
 
 
 class Factors(Section):
-    """Factors scaled / physical of the similarity law."""
+    """Factors scaled / physical of the similarity law.
+
+    Attributes:
+        friction: of the sliding friction between balls; of policy friction-matched only.
+    """
 
     length: Number
     mass: Number
     time: Number
     energy: Number
+    friction: Positive | None = None
 
 
 class Groups(Section):
