@@ -8,17 +8,18 @@
 #include "core/contact/contact_energy.h"
 #include "core/energy/impact_spectrum.h"
 
-namespace millscale::ledger {
+namespace millscale::energy {
 
-/// What the contacts of one class, ball-ball or ball-wall, leave at one evaluation of the forces
-/// of a rank: loads by ball and kind of work, and the energy they store. Impacts and slip add up
-/// from evaluation to evaluation.
+/// Sums over the contacts of one class, ball-ball or ball-wall, of a rank. Forces by ball and kind
+/// of work, and the stored energy, are of one evaluation of the forces. Impacts and slip work add
+/// up over evaluations.
 ///
-/// Loads are kept of balls, not powers of contacts: the speeds that the work needs are known only
-/// when all forces are, and a rank knows the speeds of its own balls then, not those of ghosts.
+/// The class keeps forces of balls, not powers of contacts. The velocities that the work needs are
+/// known only after all forces, and a rank then knows its own balls' velocities, not those of
+/// ghosts.
 class ContactSums {
  public:
-  /// Before the contacts are evaluated. balls: the rank's own.
+  /// Begin an evaluation. balls: the rank's local ones.
   void clear(std::size_t balls)
   {
     loads.assign(balls, contact::Loads{});
@@ -26,8 +27,8 @@ class ContactSums {
     wall_power.fill(0.0);
   }
 
-  /// share: of the contact that this rank accounts for, 1/2 if it is evaluated twice. moves: not at
-  /// set-up, where memories stay as they are and nothing slides.
+  /// Add the energy that a contact stores. share: 1/2 if another rank evaluates it as well. moves:
+  /// false at set-up, where displacements do not advance and nothing slides.
   void store(const contact::EvaluatedContact& contact, double share, bool moves)
   {
     normal_energy += share * contact.normal_energy();
@@ -35,8 +36,9 @@ class ContactSums {
     if (moves) slip += share * contact.slip_work();
   }
 
-  /// A contact of ball i with a wall, a rigid body of this spin [rad/s] whose point at the ball's
-  /// centre has this velocity [m/s]: forces and torques on the ball act back on that body.
+  /// Add a contact of ball i with a wall. The wall is a rigid body with this spin [rad/s] whose
+  /// point at the ball's centre has this velocity [m/s]; the ball's forces and torques act back on
+  /// it.
   void add_wall(int i, const contact::EvaluatedContact& contact, const Vector& spin,
                 const Vector& velocity)
   {
@@ -48,8 +50,8 @@ class ContactSums {
     }
   }
 
-  /// An impact: two bodies met. energy: of the approach [J].
-  void meet(double energy, double share)
+  /// Count a contact that begins. energy: of the approach [J].
+  void begin_contact(double energy, double share)
   {
     if (!(energy > 0.0)) return;
     impacts += share;
@@ -57,7 +59,7 @@ class ContactSums {
     if (in_window) spectrum.add(energy, share);
   }
 
-  std::vector<contact::Loads> loads;                    ///< of own balls
+  std::vector<contact::Loads> loads;                    ///< of local balls
   double normal_energy = 0.0, tangential_energy = 0.0;  ///< stored [J]
   std::array<double, contact::works> wall_power{};      ///< of the walls on the balls, by kind [W]
 
@@ -67,19 +69,23 @@ class ContactSums {
   ImpactSpectrum spectrum;
 };
 
-/// Contacts of balls: who touched at the last evaluation, by entry of the list of pairs. The list's
-/// own marks stay after the balls part where memories are the engine's (`memory stock`).
+/// Contacts of balls, with a mark of each entry of the pair list that was in contact at the last
+/// evaluation. The list's own marks outlast a separation with the engine's history (`memory
+/// stock`).
 class PairSums : public ContactSums {
  public:
-  /// A new list, with the marks of contacts carried over.
-  void begin_list(const int* touching, int entries) { met_.assign(touching, touching + entries); }
+  /// Begin a new list, with the marks of contacts transferred.
+  void begin_list(const int* touching, int entries)
+  {
+    in_contact_.assign(touching, touching + entries);
+  }
 
-  /// Whether the pair did not touch before.
-  bool first_touch(int entry) { return !std::exchange(met_[entry], 1); }
-  void apart(int entry) { met_[entry] = 0; }
+  /// Mark the pair as in contact. Return whether it was not.
+  bool begins(int entry) { return !std::exchange(in_contact_[entry], 1); }
+  void separated(int entry) { in_contact_[entry] = 0; }
 
  private:
-  std::vector<int> met_;
+  std::vector<int> in_contact_;
 };
 
-}  // namespace millscale::ledger
+}  // namespace millscale::energy

@@ -4,12 +4,12 @@
 
 #include "core/contact/contact_energy.h"
 
-namespace millscale::ledger {
+namespace millscale::energy {
 
 enum Pairing { ball_ball, ball_wall, pairings };
 
-/// Powers or works of one instant: of the contacts on the balls, by pairing and kind, and of the
-/// mill on the wall's turning surfaces. Each is a plain sum, so those of several ranks add up.
+/// Power or work at one instant, on the balls by pairing and kind, and of the mill on the turning
+/// surfaces of the wall. All are plain sums over ranks.
 struct Works {
   std::array<std::array<double, contact::works>, pairings> on_balls{};
   double of_mill = 0.0;
@@ -23,11 +23,11 @@ struct Works {
 };
 
 /// Work of forces in velocity Verlet, exact to rounding. The integrator applies the force F_n of
-/// step n in two kicks, from v_{n-1/2} to v_n and from v_n to v_{n+1/2}; a kick of dt/2 does the
-/// work dt/2 F times the mean of the two speeds. The kick after n is known at n but belongs to the
-/// next step: it waits, and is replaced where the engine evaluates the forces of n anew.
+/// step n in two half steps, from v_{n-1/2} to v_n and from v_n to v_{n+1/2}. Each does the work
+/// dt/2 F times the mean of the two velocities. The second half step of n belongs to step n + 1: it
+/// waits, and is replaced where the engine evaluates the forces of n again.
 struct WorkSums {
-  /// At step n: powers of F_n at the mean speed of the kick before n, and of that after it [W].
+  /// Add step n. before, after: powers of F_n at the mean velocities of both half steps [W].
   void step(const Works& before, const Works& after, double dt)
   {
     done.add(1.0, waiting);
@@ -35,7 +35,7 @@ struct WorkSums {
     wait_for(after, dt);
   }
 
-  /// At set-up: no kick has been, the next is of these forces.
+  /// Begin a run: only the half step after the set-up is of these forces.
   void wait_for(const Works& after, double dt)
   {
     waiting = {};
@@ -43,24 +43,25 @@ struct WorkSums {
   }
 
   Works done;     ///< up to step n [J]
-  Works waiting;  ///< of the kick after n [J]
+  Works waiting;  ///< of the half step after n [J]
 };
 
-/// What an energy account says of one pairing of bodies [J].
+/// Terms of the energy budget of one pairing of bodies [J].
 struct PairingTerms {
   double elastic_normal, elastic_tangential;  ///< change of the energy stored
-  /// By the normal dashpot; by the tangential contact, which is the work done on it less what it
-  /// stores; by rolling friction.
+  /// By the normal dashpot, the tangential contact (work done on it less energy stored) and rolling
+  /// friction.
   double dissipated_normal, dissipated_tangential, dissipated_rolling;
   double tangential_dashpot, tangential_slip;  ///< parts of the tangential dissipation
-  double spring_error;  ///< work done on the normal springs less what they store: of the steps
+  double spring_error;  ///< work done on the normal springs less energy stored: time-step error
 };
 
 struct Stored {
   double normal = 0.0, tangential = 0.0;  ///< [J]
 };
 
-/// work: of the contacts on the balls; before, now: energy stored at the begin and now; slip [J].
+/// Return the terms of one pairing. work: of the contacts on the balls [J]; before, now: energy
+/// stored; slip: work against Coulomb's force [J].
 inline PairingTerms terms_of(const std::array<double, contact::works>& work, const Stored& before,
                              const Stored& now, double slip)
 {
@@ -77,4 +78,4 @@ inline PairingTerms terms_of(const std::array<double, contact::works>& work, con
   return t;
 }
 
-}  // namespace millscale::ledger
+}  // namespace millscale::energy

@@ -3,18 +3,19 @@
 #include <array>
 #include <cmath>
 
-namespace millscale::ledger {
+namespace millscale::energy {
 
-/// Impacts by their energy on a logarithmic grid. An impact's energy is that of the approach along
-/// the normal at first touch, 1/2 m* v_n^2: what the contact could take at most from a head-on
-/// impact. After Kano, Saito, Powder Technology 98 (1998) 166-170, who take the mass of a ball and
-/// the whole relative speed; here the effective mass, so that e^2 of it is given back.
+/// Impacts by energy on a logarithmic grid. The energy of an impact is that of the approach along
+/// the normal where the contact begins, 1/2 m* v_n^2. After Kano, Saito, Powder Technology 98
+/// (1998) 166-170, who take the mass of a ball and the whole relative speed. With the effective
+/// mass here, a restitution e returns e^2 of the energy.
 class ImpactSpectrum {
  public:
   static constexpr int per_decade = 8, decades = 14, lowest_decade = -11;
-  static constexpr int bins = per_decade * decades;  ///< from 1e-11 J; the ends take what is beyond
+  static constexpr int bins =
+      per_decade * decades;  ///< from 1e-11 J; the end bins include all beyond
 
-  /// Lower edge of a bin [J]; of the one after the last: upper edge of the last.
+  /// Return the lower edge of a bin [J]; edge(bins) is the upper edge of the last bin.
   static double edge(int bin)
   {
     return std::pow(10.0, lowest_decade + static_cast<double>(bin) / per_decade);
@@ -39,4 +40,4 @@ class ImpactSpectrum {
   std::array<double, bins> count{}, energy_sum{};  ///< [-], [J]
 };
 
-}  // namespace millscale::ledger
+}  // namespace millscale::energy

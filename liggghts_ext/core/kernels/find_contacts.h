@@ -1,20 +1,21 @@
 #pragma once
 
-// Of the kernels for x86-64-v3 and v4, MILLSCALE_LEVEL being v3 or v4: which entries of the list
-// are contacts, in double precision. All of it is local to the object that includes it, and calls
-// no library: a function shared with other objects could be linked from here and run on a machine
-// that lacks its instructions.
+// Finds the contacts of the pair list in double precision, for the kernels of x86-64-v3 and v4;
+// MILLSCALE_LEVEL is v3 or v4. All functions here are local to the object file and call no library.
+// A function shared between object files could be linked from this one, and would then run on a
+// machine that lacks its instructions.
 #include <immintrin.h>
 
-#include "core/kernels/kernel.h"
+#include "core/contact/damping_limit.h"
+#include "core/kernels/levels.h"
 
-namespace millscale::pairs::MILLSCALE_LEVEL {
+namespace millscale::kernels::MILLSCALE_LEVEL {
 namespace {
 
-constexpr int width = 4;  ///< entries looked at together
+constexpr int width = 4;  ///< entries examined together
 
-/// Four doubles: the same number of four contacts, or three components of one ball and a spare.
-/// The compiler's vector type with the few functions `contact::contact_force` asks for.
+/// Four doubles: one number of each of four contacts, or the components of one vector and a fourth
+/// number. The compiler's vector type with the functions that `contact::contact_force` needs.
 struct Pack {
   typedef double Values __attribute__((vector_size(32)));
   typedef long long Mask __attribute__((vector_size(32)));
@@ -67,22 +68,22 @@ inline Pack four(const double* numbers)
   return Pack(Pack::Values(_mm256_loadu_pd(numbers)));
 }
 
-/// Calls `work` with each ball and what reads its vectors: three numbers and one to be ignored. Of
-/// the last ball there is no fourth, and masked loads are slow on some machines.
+/// Call work(i, read) for each particle; read(vector) loads three components and a fourth number to
+/// ignore. Only the last particle's vectors need a masked load, which is slow on some machines.
 template <class Work>
-inline void for_each_ball(int balls, const Work& work)
+inline void for_each_particle(int count, const Work& work)
 {
-  for (int i = 0; i + 1 < balls; ++i) work(i, [](const double* vector) { return four(vector); });
-  if (balls > 0) work(balls - 1, [](const double* vector) { return three(vector); });
+  for (int i = 0; i + 1 < count; ++i) work(i, [](const double* vector) { return four(vector); });
+  if (count > 0) work(count - 1, [](const double* vector) { return three(vector); });
 }
 
-/// The first three numbers of one, the fourth of the other.
+/// Return the first three numbers of `first` and the fourth of `other`.
 inline Pack with_fourth(Pack first, Pack other)
 {
   return Pack(Pack::Values(_mm256_blend_pd(__m256d(first.values), __m256d(other.values), 8)));
 }
 
-/// Masked stores are slow on some machines.
+/// Store three numbers without a masked store, which is slow on some machines.
 inline void store_three(double* to, Pack numbers)
 {
   _mm_storeu_pd(to, _mm256_castpd256_pd128(__m256d(numbers.values)));
@@ -96,27 +97,27 @@ inline void put(double* to, Pack numbers)
 
 constexpr int most_lanes = 8;
 
-/// Contacts found: entries of the list. What the second block needs of the memory is on its way
-/// while the first is evaluated.
+/// Entries of the list that are contacts. The rows of the second block are prefetched while the
+/// first block is evaluated.
 struct Found {
   static constexpr int block = 8;
   int entry[2 * block + most_lanes + width];
   int count = 0;
 };
 
-/// Bits of the lanes that hold.
+/// Return a bit for each lane that is true.
 inline int bits(Pack::Mask mask)
 {
   return _mm256_movemask_pd(_mm256_castsi256_pd(__m256i(mask)));
 }
 
-/// Bits of the flags that are 1.
+/// Return a bit for each flag that is 1.
 inline int bits(Ints flags)
 {
   return _mm_movemask_ps(_mm_castsi128_ps(__m128i(flags << 31)));
 }
 
-/// Sums over the lanes of four packs.
+/// Return the sums over the lanes of four packs.
 inline Pack sums(Pack a, Pack b, Pack c, Pack d)
 {
   const Pack ab = shuffled<0, 4, 2, 6>(a, b) + shuffled<1, 5, 3, 7>(a, b);
@@ -124,7 +125,8 @@ inline Pack sums(Pack a, Pack b, Pack c, Pack d)
   return shuffled<0, 1, 4, 5>(ab, cd) + shuffled<2, 3, 6, 7>(ab, cd);
 }
 
-/// For four bits: which lanes they are, first ones first; and one int for each.
+/// For each combination of four bits: the lanes of its bits in ascending order, and each bit as an
+/// int.
 struct Chosen {
   Ints order, flag;
 };
@@ -161,75 +163,74 @@ inline void store(int* to, Ints numbers)
   __builtin_memcpy(to, &numbers, sizeof numbers);
 }
 
-/// x, y, z, radius with another sign: the difference to another ball's then holds minus the sum of
-/// the radii, so that the square of the distance less that of the radii is a sum of squares, one
-/// negative.
+/// Return x, y, z and the negated radius. The difference to another particle's row then has minus
+/// the sum of the radii as its fourth number.
 inline Pack negated_fourth(Pack numbers)
 {
   const Pack::Mask sign = {0, 0, 0, -0x7fffffffffffffff - 1};
   return Pack(Pack::Values(Pack::Mask(numbers.values) ^ sign));
 }
 
-/// Squares of the distances of four pairs less those of the sums of their radii [m^2].
+/// Return, for four pairs, the squared separation less the square of the sum of the radii [m^2].
 template <class I, class J>
-inline Pack beyond_touch(const Place* place, const I& i, const J& j)
+inline Pack gap_of_squares(const PositionRow* row, const I& i, const J& j)
 {
   Pack square[width];
   for (int k = 0; k < width; ++k) {
-    const Pack apart = negated_fourth(four(&place[i(k)].x)) - four(&place[j(k)].x);
-    square[k] = apart * negated_fourth(apart);
+    const Pack difference = negated_fourth(four(&row[i(k)].x)) - four(&row[j(k)].x);
+    square[k] = difference * negated_fourth(difference);
   }
   return sums(square[0], square[1], square[2], square[3]);
 }
 
-/// Bits of the four entries whose balls meet.
-inline int meet(const Task& task, int entry)
+/// Return a bit for each of the four entries whose particles overlap.
+inline int overlapping(const Task& task, int entry)
 {
-  const Pack beyond = beyond_touch(
-      task.rows->place, [&](int k) { return task.own[entry + k]; },
-      [&](int k) { return task.other[entry + k]; });
-  return bits(beyond.values < Pack::Values{});
+  const Pack gap = gap_of_squares(
+      task.rows->position, [&](int k) { return task.pairs.own[entry + k]; },
+      [&](int k) { return task.pairs.other[entry + k]; });
+  return bits(gap.values < Pack::Values{});
 }
 
-inline void forget(const Task& task, int entry, int parted)
+inline void reset_history(const Task& task, int entry, int separated)
 {
   for (int lane = 0; lane < width; ++lane)
-    if (parted >> lane & 1)
-      for (int d = 0; d < 3; ++d) task.displacement[3 * (entry + lane) + d] = 0.0;
+    if (separated >> lane & 1)
+      for (int d = 0; d < 3; ++d) task.pairs.displacement[3 * (entry + lane) + d] = 0.0;
 }
 
-/// Finds the contacts among four entries, of which the first `count` are of the list.
+/// Find the contacts among four entries, of which the first `count` belong to the list.
 inline void find(const Task& task, int entry, int count, Found& found)
 {
-  constexpr int ahead = spare_entries - width;
+  constexpr int ahead = neighbor::spare_entries - width;
   for (int k = 0; k < width; ++k)
-    __builtin_prefetch(task.rows->place + task.other[entry + ahead + k]);
-  const int all = meet(task, entry);
+    __builtin_prefetch(task.rows->position + task.pairs.other[entry + ahead + k]);
+  const int all = overlapping(task, entry);
   const int now = count < width ? all & ((1 << count) - 1) : all;
   const Ints flags = chosen[now].flag;
   Ints kept = flags;
-  const Ints before = load<Ints>(task.touching + entry);
-  const int parted = bits(before) & ~now;
-  if (parted != 0) {
-    if (task.forget_apart)
-      forget(task, entry, parted);
+  const Ints before = load<Ints>(task.pairs.touching + entry);
+  const int separated = bits(before) & ~now;
+  if (separated != 0) {
+    if (task.step.reset_on_separation)
+      reset_history(task, entry, separated);
     else
       kept |= before;
   }
-  store(task.touching + entry, kept);
+  store(task.pairs.touching + entry, kept);
   store(found.entry + found.count, entry + chosen[now].order);
   found.count += __builtin_popcount(now);
 }
 
-/// The laws of some contacts, as a pack.
+/// Return the laws of the contacts as a pack.
 template <class Number, int lanes>
 inline contact::ContactLaw<Number> gather_law(const Task& task, const int* entry)
 {
   contact::ContactLaw<Number> all;
   for (int lane = 0; lane < lanes; ++lane) {
-    const int a = task.balls.type[task.own[entry[lane]]] - 1;
-    const int b = task.balls.type[task.other[entry[lane]]] - 1;
-    const contact::ContactLaw<double>& law = task.law[a * task.types + b];
+    const int a = task.particles.type[task.pairs.own[entry[lane]]] - 1;
+    const int b = task.particles.type[task.pairs.other[entry[lane]]] - 1;
+    const contact::ContactLaw<double>& law = task.laws.of_types[a * task.laws.types + b];
     all.normal_stiffness.values[lane] = law.normal_stiffness;
     all.tangential_stiffness.values[lane] = law.tangential_stiffness;
     all.normal_damping.values[lane] = law.normal_damping;
@@ -252,40 +253,42 @@ inline contact::ContactLaw<Number> same_law(const contact::ContactLaw<double>& l
 inline double damping_share(const Task& task, int i)
 {
   if (!task.terms.limited_damping) return 0.0;
-  return contact::damping_share(task.damping[i], task.balls.mass[i], task.dt);
+  return contact::damping_share(task.sums.damping[i], task.particles.mass[i], task.step.dt);
 }
 
-/// Prefetches the scattered rows and history of a contact.
-template <class Motion, class Load>
-inline void fetch_ahead(const Task& task, int entry, const Motion* motion, const Load* load)
+/// Prefetch the scattered rows and the history of a contact.
+template <class Velocity, class Force>
+inline void prefetch_contact(const Task& task, int entry, const Velocity* velocity,
+                             const Force* force)
 {
-  const int j = task.other[entry];
-  const double* memory = task.displacement + 3 * static_cast<std::size_t>(entry);
-  __builtin_prefetch(motion + j);
-  __builtin_prefetch(load + j, 1);
-  __builtin_prefetch(memory, 1);
-  __builtin_prefetch(memory + 2, 1);
+  const int j = task.pairs.other[entry];
+  const double* displacement = task.pairs.displacement + 3 * static_cast<std::size_t>(entry);
+  __builtin_prefetch(velocity + j);
+  __builtin_prefetch(force + j, 1);
+  __builtin_prefetch(displacement, 1);
+  __builtin_prefetch(displacement + 2, 1);
 }
 
-/// Evaluates all contacts of the list, `lanes` at a time. `fetch` prefetches what a
-/// contact needs. `forces` gets entries, how many of them count, and their laws; the others, of the
-/// last pack, repeat one that does.
-template <class Number, int lanes, class Fetch, class Forces>
-inline void evaluate_list(const Task& task, const Fetch& fetch, const Forces& forces)
+/// Evaluate all contacts of the list, `lanes` at a time. prefetch(entry) prefetches a contact.
+/// forces(entries, count, law) evaluates `count` contacts; the entries beyond `count`, in the last
+/// pack, repeat one of them.
+template <class Number, int lanes, class Prefetch, class Forces>
+inline void evaluate_list(const Task& task, const Prefetch& prefetch, const Forces& forces)
 {
   constexpr int block = Found::block;
   Found found;
-  auto law =
-      same_law<Number>(task.law[task.only_type > 0 ? (task.only_type - 1) * (task.types + 1) : 0]);
+  auto law = same_law<Number>(
+      task.laws.of_types[task.laws.only_type > 0 ? (task.laws.only_type - 1) * (task.laws.types + 1)
+                                                 : 0]);
   const auto evaluate = [&](const int* entry, int count) {
-    if (task.only_type == 0) law = gather_law<Number, lanes>(task, entry);
+    if (task.laws.only_type == 0) law = gather_law<Number, lanes>(task, entry);
     forces(entry, count, law);
   };
-  for (int entry = 0; entry < task.entries; entry += width) {
-    find(task, entry, task.entries - entry, found);
+  for (int entry = 0; entry < task.pairs.entries; entry += width) {
+    find(task, entry, task.pairs.entries - entry, found);
     if (found.count < 2 * block) continue;
-    for (int k = 0; k < block; k += lanes) {  // in turns: the memory takes few requests at once
-      for (int lane = 0; lane < lanes; ++lane) fetch(found.entry[block + k + lane]);
+    for (int k = 0; k < block; k += lanes) {  // alternating: few prefetches are in flight
+      for (int lane = 0; lane < lanes; ++lane) prefetch(found.entry[block + k + lane]);
       evaluate(found.entry + k, lanes);
     }
     found.count -= block;
@@ -300,4 +303,4 @@ inline void evaluate_list(const Task& task, const Fetch& fetch, const Forces& fo
 }
 
 }  // namespace
-}  // namespace millscale::pairs::MILLSCALE_LEVEL
+}  // namespace millscale::kernels::MILLSCALE_LEVEL

@@ -1,69 +1,84 @@
 #pragma once
 
+#include <array>
+#include <string>
+
 #include "core/contact/contact_force.h"
-#include "core/contact/damping_limit.h"
 #include "core/kernels/rows.h"
 #include "core/neighbor/cells.h"
+#include "core/neighbor/particles.h"
 
-namespace millscale::ledger {
+namespace millscale::energy {
 class PairSums;
 }
 
-namespace millscale::pairs {
+namespace millscale::kernels {
 
-/// What the force of all pairs needs. Nothing is owned here. The list is a `HalfList`.
-struct Task {
-  Balls balls;
-  const Rows* rows;  ///< room for as many balls, in the kernel's precision
+/// The pairs to evaluate: the arrays of a `neighbor::PairList`.
+struct Pairs {
   int entries;
   const int *own, *other;
   int* touching;
   double* displacement;
-  const contact::ContactLaw<double>* law;  ///< of types a and b: law[a * types + b], from 0
+};
+
+/// The contact laws of the atom types.
+struct Laws {
+  const contact::ContactLaw<double>* of_types;  ///< types a and b: [a * types + b], from 0
   int types;
-  int only_type;  ///< the type of all balls; 0 where they differ
-  contact::ContactTerms terms;
-  double dt;            ///< [s]
-  bool advance;         ///< false at set-up: memories are used as they are
-  bool forget_apart;    ///< a contact's memory ends when the balls part, not at the next list
-  double (*force)[3];   ///< of all balls, owned and ghost; only owned balls get any [N]
+  int only_type;  ///< the type of all particles, from 1; 0 where they differ
+};
+
+/// One evaluation.
+struct Step {
+  double dt;                 ///< [s]
+  bool advance;              ///< advance the tangential displacements; false at set-up
+  bool reset_on_separation;  ///< end a contact's history at separation, not at the next list
+};
+
+/// Sums that the kernel adds to, for all particles; only local ones get any.
+struct Sums {
+  double (*force)[3];   ///< [N]
   double (*torque)[3];  ///< [N m]
-  double* damping;  ///< if limited, of all balls: see `contact::damping_share`; of owned ones the
-                    ///< step's own sum afterwards [kg/s]
+  double* damping;      ///< if limited: sum of tangential coefficients [kg/s] of the step before;
+                        ///< afterwards, for local particles, that of this step
+};
+
+/// What the force of all pairs needs. Nothing is owned here.
+struct Task {
+  neighbor::Particles particles;
+  const Rows* rows;  ///< as many as particles, in the kernel's precision
+  Pairs pairs;
+  Laws laws;
+  contact::ContactTerms terms;
+  Step step;
+  Sums sums;
 };
 
 using Evaluate = void (*)(const Task&);
 
-/// The same source compiled for levels of x86-64: the forces of all pairs, the partners of a ball.
-namespace v2 {
-void evaluate(const Task&);
-/// The same, and what the contacts do with the energy: for `fix mill/ledger`.
-void evaluate(const Task&, ledger::PairSums&);
-int* list_partners(const Candidates&, Centre, int* out);
-}  // namespace v2
-namespace v3 {
-void evaluate(const Task&);
-void evaluate_mixed(const Task&);
-int* list_partners(const Candidates&, Centre, int* out);
-}  // namespace v3
-namespace v4 {
-void evaluate(const Task&);
-void evaluate_mixed(const Task&);
-int* list_partners(const Candidates&, Centre, int* out);
-}  // namespace v4
-
-struct Kernel {
-  const char* level;        ///< "x86-64-v3", ...
-  Evaluate evaluate;        ///< in double precision
-  Evaluate evaluate_mixed;  ///< overlaps and sums over time in double precision, else in single
-  ListPartners list_partners;
+/// One implementation of the kernels, compiled for a set of instructions.
+struct Implementation {
+  const char* name;                   ///< "x86-64-v3"
+  const char* description;            ///< what it evaluates at a time
+  const char* required_instructions;  ///< beyond x86-64
+  bool (*supported)();                ///< whether this machine has the instructions
+  Evaluate evaluate;                  ///< in double precision
+  Evaluate evaluate_mixed;  ///< overlaps and sums over time in double precision, all else in single
+                            ///< precision; null if there is none
+  neighbor::ListPartners list_partners;
 };
 
-inline constexpr int levels = 3;
-/// Of level 2, 3 or 4; level 2 has no mixed kernel (null). Whether this machine can run it: `runs`.
-Kernel kernel(int level);
-bool runs(int level);
-/// The best this machine can run.
-Kernel best_kernel();
+/// Return all implementations, from the plainest to the fastest.
+const std::array<Implementation, 3>& implementations();
 
-}  // namespace millscale::pairs
+/// Return the implementation with this name that the machine supports; null if there is none.
+const Implementation* find_implementation(const std::string& name);
+
+/// Return the fastest implementation that the machine supports.
+const Implementation& best_implementation();
+
+/// Evaluate in double precision, one contact at a time, and add to the energy budget.
+void evaluate_with_budget(const Task&, energy::PairSums&);
+
+}  // namespace millscale::kernels

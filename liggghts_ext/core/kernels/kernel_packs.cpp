@@ -1,8 +1,8 @@
-// Compiled for x86-64-v3 and v4, see find_contacts.h: forces of four contacts at a time, in double
-// precision.
+// Evaluates four contacts at a time in double precision. Compiled for x86-64-v3 and v4, see
+// find_contacts.h.
 #include "core/kernels/find_contacts.h"
 
-namespace millscale::pairs::MILLSCALE_LEVEL {
+namespace millscale::kernels::MILLSCALE_LEVEL {
 namespace {
 
 using Vectors = Vector3<Pack>;
@@ -11,7 +11,7 @@ struct Columns {
   Pack fourth;
 };
 
-/// x of all four rows, y of all, z of all, the fourth of all.
+/// Transpose four rows: x, y, z and fourth numbers of all.
 template <class Row>
 inline Columns columns(const Row& row)
 {
@@ -47,24 +47,25 @@ inline void subtract(double* sum, Pack part)
   put(sum, four(sum) - part);
 }
 
-/// Forces of `count` <= width contacts; the lanes beyond `count` repeat one of them.
+/// Evaluate `count` <= width contacts; the lanes beyond `count` repeat one of them.
 [[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const int* entry, int count,
                                                    const Law& law)
 {
   const Rows& rows_of = *task.rows;
   int i[width], j[width];
-  for (int lane = 0; lane < width; ++lane) i[lane] = task.own[entry[lane]];
-  for (int lane = 0; lane < width; ++lane) j[lane] = task.other[entry[lane]];
-  const auto place = [&](int ball) { return four(&rows_of.place[ball].x); };
-  const auto velocity = [&](int ball) { return four(rows_of.motion[ball].velocity); };
-  const auto spin = [&](int ball) { return four(rows_of.motion[ball].spin); };
-  const auto memory = [&](int lane) {
-    return task.displacement + 3 * static_cast<std::size_t>(entry[lane]);
+  for (int lane = 0; lane < width; ++lane) i[lane] = task.pairs.own[entry[lane]];
+  for (int lane = 0; lane < width; ++lane) j[lane] = task.pairs.other[entry[lane]];
+  const auto position = [&](int i) { return four(&rows_of.position[i].x); };
+  const auto velocity = [&](int i) { return four(rows_of.velocity[i].velocity); };
+  const auto spin = [&](int i) { return four(rows_of.velocity[i].spin); };
+  const auto history = [&](int lane) {
+    return task.pairs.displacement + 3 * static_cast<std::size_t>(entry[lane]);
   };
 
-  // The fourth columns carry one number of each contact beside the vectors.
-  const Columns apart = columns(
-      [&](int lane) { return with_fourth(place(i[lane]) - place(j[lane]), place(j[lane])); });
+  // The fourth column holds one scalar of each contact.
+  const Columns separation = columns([&](int lane) {
+    return with_fourth(position(i[lane]) - position(j[lane]), position(j[lane]));
+  });
   const Columns speed = columns([&](int lane) {
     return with_fourth(velocity(i[lane]) - velocity(j[lane]), velocity(i[lane]));
   });
@@ -73,12 +74,12 @@ inline void subtract(double* sum, Pack part)
   const Columns spin_j =
       columns([&](int lane) { return spin(j[lane]) + with_fourth(Pack(0.0), spin(i[lane])); });
   const Columns displacement =
-      columns([&](int lane) { return with_fourth(four(memory(lane)), place(i[lane])); });
+      columns([&](int lane) { return with_fourth(four(history(lane)), position(i[lane])); });
   contact::BallPair<Pack> pair;
-  pair.separation = apart.xyz;
+  pair.separation = separation.xyz;
   pair.r2 = dot(pair.separation, pair.separation);
   pair.radius_i = displacement.fourth;
-  pair.radius_j = apart.fourth;
+  pair.radius_j = separation.fourth;
   pair.mass_i = speed.fourth;
   pair.mass_j = spin_i.fourth;
   pair.velocity = speed.xyz;
@@ -87,16 +88,16 @@ inline void subtract(double* sum, Pack part)
   pair.displacement = displacement.xyz;
   pair.damping_share = spin_j.fourth;
 
-  const auto result =
-      contact::contact_force(contact::contact_of(pair), law, task.terms, task.dt, task.advance);
+  const auto result = contact::contact_force(contact::contact_of(pair), law, task.terms,
+                                             task.step.dt, task.step.advance);
 
   const FourRows kept = rows(result.displacement, Pack(0.0));
   const FourRows force = rows(result.force, Pack(0.0));
   const FourRows torque_i = rows(result.torque_i, result.damping);
   const FourRows torque_j = rows(result.torque_j, result.damping);
   for (int lane = 0; lane < count; ++lane) {
-    store_three(memory(lane), kept.of[lane]);
-    Load &on_i = rows_of.load[i[lane]], &on_j = rows_of.load[j[lane]];
+    store_three(history(lane), kept.of[lane]);
+    ForceRow &on_i = rows_of.force[i[lane]], &on_j = rows_of.force[j[lane]];
     add(on_i.force, force.of[lane]);
     add(on_i.torque, torque_i.of[lane]);
     subtract(on_j.force, force.of[lane]);
@@ -104,39 +105,42 @@ inline void subtract(double* sum, Pack part)
   }
 }
 
-/// Copies what the contacts need side by side.
-void pack(const Task& task)
+/// Copy positions and velocities of all particles into rows.
+void fill_rows(const Task& task)
 {
-  const Balls& balls = task.balls;
+  const neighbor::Particles& particles = task.particles;
   const Rows rows = *task.rows;
-  for_each_ball(balls.all, [&](int i, const auto& vector) {
-    put(&rows.place[i].x, with_fourth(vector(balls.position[i]), Pack(balls.radius[i])));
-    put(rows.motion[i].velocity, with_fourth(vector(balls.velocity[i]), Pack(balls.mass[i])));
-    put(rows.motion[i].spin, with_fourth(vector(balls.spin[i]), Pack(damping_share(task, i))));
+  for_each_particle(particles.total(), [&](int i, const auto& vector) {
+    put(&rows.position[i].x, with_fourth(vector(particles.position[i]), Pack(particles.radius[i])));
+    put(rows.velocity[i].velocity,
+        with_fourth(vector(particles.velocity[i]), Pack(particles.mass[i])));
+    put(rows.velocity[i].spin,
+        with_fourth(vector(particles.spin[i]), Pack(damping_share(task, i))));
   });
 }
 
-/// Adds the loads of the owned balls to their forces, and clears them for the next step.
-void unload(const Task& task)
+/// Add the force rows of the local particles to their sums, and clear the rows.
+void add_forces(const Task& task)
 {
-  Load* const load = task.rows->load;
-  for (int i = 0; i < task.balls.owned; ++i) {
-    for (int d = 0; d < 3; ++d) task.force[i][d] += load[i].force[d];
-    for (int d = 0; d < 3; ++d) task.torque[i][d] += load[i].torque[d];
-    if (task.terms.limited_damping && task.advance) task.damping[i] = load[i].damping;
-    put(load[i].force, Pack(0.0));
-    put(load[i].torque, Pack(0.0));
+  ForceRow* const row = task.rows->force;
+  for (int i = 0; i < task.particles.nlocal; ++i) {
+    for (int d = 0; d < 3; ++d) task.sums.force[i][d] += row[i].force[d];
+    for (int d = 0; d < 3; ++d) task.sums.torque[i][d] += row[i].torque[d];
+    if (task.terms.limited_damping && task.step.advance) task.sums.damping[i] = row[i].damping;
+    put(row[i].force, Pack(0.0));
+    put(row[i].torque, Pack(0.0));
   }
 }
 
 }  // namespace
 
-int* list_partners(const Candidates& candidates, Centre ball, int* out)
+int* list_partners(const neighbor::Candidates& candidates, neighbor::Centre centre, int* out)
 {
   for (int k = 0; k < candidates.count; k += width) {
-    const Pack x = Pack(ball.x) - four(candidates.x + k), y = Pack(ball.y) - four(candidates.y + k);
-    const Pack z = Pack(ball.z) - four(candidates.z + k);
-    const Pack radii = Pack(ball.radius) + four(candidates.radius + k);
+    const Pack x = Pack(centre.x) - four(candidates.x + k),
+               y = Pack(centre.y) - four(candidates.y + k);
+    const Pack z = Pack(centre.z) - four(candidates.z + k);
+    const Pack radii = Pack(centre.radius) + four(candidates.radius + k);
     const int near = bits(radii * radii > x * x + y * y + z * z);
     const Ints index = load<Ints>(candidates.index + k);
     const int left = candidates.count - k, own = left < width ? (1 << left) - 1 : 15;
@@ -149,11 +153,12 @@ int* list_partners(const Candidates& candidates, Centre ball, int* out)
 
 void evaluate(const Task& task)
 {
-  pack(task);
+  fill_rows(task);
   evaluate_list<Pack, width>(
-      task, [&](int entry) { fetch_ahead(task, entry, task.rows->motion, task.rows->load); },
+      task,
+      [&](int entry) { prefetch_contact(task, entry, task.rows->velocity, task.rows->force); },
       [&](const int* entry, int count, const Law& law) { evaluate_pack(task, entry, count, law); });
-  unload(task);
+  add_forces(task);
 }
 
-}  // namespace millscale::pairs::MILLSCALE_LEVEL
+}  // namespace millscale::kernels::MILLSCALE_LEVEL

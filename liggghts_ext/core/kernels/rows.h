@@ -3,69 +3,67 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/neighbor/particles.h"
+namespace millscale::kernels {
 
-namespace millscale::pairs {
-
-/// What the contacts read and write of a ball, in rows of whole cache lines: the engine keeps each
-/// quantity in an array of its own, and a contact would touch fourteen lines.
-struct alignas(32) Place {
+/// A particle's position and force in rows of whole cache lines. The engine keeps each quantity in
+/// an array of its own, so that a contact would touch fourteen cache lines.
+struct alignas(32) PositionRow {
   double x, y, z, radius;  ///< [m]
 };
-struct alignas(64) Motion {
+struct alignas(64) VelocityRow {
   double velocity[3], mass;       ///< [m/s], [kg]
   double spin[3], damping_share;  ///< [rad/s], `contact::damping_share` [-]
 };
 /// Zero between steps.
-struct alignas(64) Load {
-  double force[4];            ///< [N], and a number that is not used
+struct alignas(64) ForceRow {
+  double force[4];            ///< [N]; the fourth number is padding
   double torque[3], damping;  ///< [N m]; sum of the contacts' tangential coefficients [kg/s]
 };
 
-/// The same two in single precision, one row each: for the mixed kernel.
-struct alignas(32) SingleMotion {
+/// The same rows in single precision, for the mixed kernel.
+struct alignas(32) SingleVelocityRow {
   float velocity[3], mass, spin[3], damping_share;
 };
-struct alignas(32) SingleLoad {
-  float force[3], damping, torque[3], not_used;
+struct alignas(32) SingleForceRow {
+  float force[3], damping, torque[3], padding;
 };
 
-/// Rows of all balls, owned and ghost; motion and load in one of the two precisions.
+/// Rows of all particles, local and ghost. Velocity and force rows exist in one of the precisions.
 struct Rows {
-  Place* place;
-  Motion* motion;
-  Load* load;
-  SingleMotion* single_motion;
-  SingleLoad* single_load;
+  PositionRow* position;
+  VelocityRow* velocity;
+  ForceRow* force;
+  SingleVelocityRow* single_velocity;
+  SingleForceRow* single_force;
 };
 
-/// Owns the memory of rows.
+/// Owns the rows of a rank.
 class RowStore {
  public:
-  /// Without loads. Those of ghosts grow and nobody reads them, until a ghost's row becomes a
-  /// ball's.
-  Rows for_balls(std::size_t count, bool single = false)
+  /// Make zeroed rows for `count` particles. Ghosts' force rows accumulate and are never read, so
+  /// they are cleared before a ghost's row becomes that of a local particle.
+  Rows resize(std::size_t count, bool single = false)
   {
-    place_.resize(count);
-    motion_.resize(single ? 0 : count);
-    load_.assign(single ? 0 : count, Load{});
-    single_motion_.resize(single ? count : 0);
-    single_load_.assign(single ? count : 0, SingleLoad{});
+    position_.resize(count);
+    velocity_.resize(single ? 0 : count);
+    force_.assign(single ? 0 : count, ForceRow{});
+    single_velocity_.resize(single ? count : 0);
+    single_force_.assign(single ? count : 0, SingleForceRow{});
     return rows();
   }
 
   Rows rows()
   {
-    return {place_.data(), motion_.data(), load_.data(), single_motion_.data(),
-            single_load_.data()};
+    return {position_.data(), velocity_.data(), force_.data(), single_velocity_.data(),
+            single_force_.data()};
   }
 
  private:
-  std::vector<Place> place_;
-  std::vector<Motion> motion_;
-  std::vector<Load> load_;
-  std::vector<SingleMotion> single_motion_;
-  std::vector<SingleLoad> single_load_;
+  std::vector<PositionRow> position_;
+  std::vector<VelocityRow> velocity_;
+  std::vector<ForceRow> force_;
+  std::vector<SingleVelocityRow> single_velocity_;
+  std::vector<SingleForceRow> single_force_;
 };
 
-}  // namespace millscale::pairs
+}  // namespace millscale::kernels

@@ -7,87 +7,88 @@
 #include "core/math/vector.h"
 #include "core/neighbor/pair_list.h"
 
-namespace millscale::pairs {
+namespace millscale::neighbor {
 
-/// Turns about an axis. Two places are as far apart seen from it as they are, so what matters for a
-/// list of pairs is how balls move in it: those the mill carries along rest.
+/// A frame that turns about an axis. Distances are the same in every frame, so the pair list may
+/// measure displacements in the frame where the particles move least: that of the mill.
 struct TurningFrame {
   Vector origin{}, axis{0.0, 1.0, 0.0};  ///< [m], unit vector
   double rate = 0.0;                     ///< [rad/s]
 };
 
-/// How far each ball may go, seen from a turning frame, until its list of pairs must be made anew:
-/// the list holds the pairs whose surfaces are within the sum of both margins. Balls that will not
-/// go far have small ones, so the list is short; fast balls have large ones, so it lasts.
-class Margins {
+/// Per-particle Verlet skin. The pair list holds the pairs whose surfaces are within the sum of
+/// both skins; it is valid until a particle has moved by its own skin, in the turning frame. Slow
+/// particles have small skins, so the list is short; fast particles have large ones, so it lasts.
+class AdaptiveSkin {
  public:
-  /// Share of its radius that a margin is at least.
-  static constexpr double least_share = 0.05;
+  /// Smallest skin over the particle's radius [-].
+  static constexpr double min_share = 0.05;
 
-  /// The same for all: the list then depends on places alone.
-  void set_same(const Balls& balls, double margin)
+  /// Set one skin [m] for all particles: the list then depends on positions only.
+  void set_uniform(const Particles& particles, double skin)
   {
-    margin_.assign(balls.all, margin);
+    skin_.assign(particles.total(), skin);
     by_speed_ = false;
   }
 
-  /// Sets each local particle's skin to the distance that the fastest particle in the 27 nearby
+  /// Set each local particle's skin to the distance that the fastest particle in the 27 nearby
   /// cells covers in `time` [s], at most `most` [m]. A particle at rest covers it when it is hit.
-  /// The grid is sorted with these balls. Owners send ghost skins.
-  void set_by_speed(const Balls& balls, CellGrid& grid, const TurningFrame& frame, double most,
-                    double time)
+  /// The grid is sorted with these particles. Owners send ghost skins.
+  void set_by_speed(const Particles& particles, CellGrid& grid, const TurningFrame& frame,
+                    double most, double time)
   {
     frame_ = frame;
     by_speed_ = true;
-    speed_.resize(balls.all);
-    for (int i = 0; i < balls.all; ++i) {
-      const Vector carried = cross(frame.axis, from_origin(balls.position[i]));
+    speed_.resize(particles.total());
+    for (int i = 0; i < particles.total(); ++i) {
+      const Vector direction = cross(frame.axis, from_origin(particles.position[i]));
       double square = 0.0;
       for (int d = 0; d < 3; ++d) {
-        const double relative = balls.velocity[i][d] - frame.rate * carried[d];
+        const double relative = particles.velocity[i][d] - frame.rate * direction[d];
         square += relative * relative;
       }
       speed_[i] = std::sqrt(square);
     }
     grid.largest_around(speed_);
-    margin_.resize(balls.all);
-    start_.resize(balls.owned);
-    for (int i = 0; i < balls.owned; ++i) {
-      margin_[i] = std::min(most, least_share * balls.radius[i] + time * speed_[i]);
-      start_[i] = from_origin(balls.position[i]);
+    skin_.resize(particles.total());
+    start_.resize(particles.nlocal);
+    for (int i = 0; i < particles.nlocal; ++i) {
+      skin_[i] = std::min(most, min_share * particles.radius[i] + time * speed_[i]);
+      start_[i] = from_origin(particles.position[i]);
     }
   }
 
-  /// Whether, `time` [s] later, one of the owned balls has left its margin, or there are more or
-  /// fewer of them. Never with the same margins for all: the engine looks after those.
-  bool outrun(const double (*position)[3], int owned, double time) const
+  /// Return whether a local particle has moved by more than its skin `time` [s] after the build, or
+  /// the number of local particles has changed. Return false for a uniform skin: the engine checks
+  /// its own.
+  bool exceeded(const double (*position)[3], int nlocal, double time) const
   {
     if (!by_speed_) return false;
-    if (owned != static_cast<int>(start_.size())) return true;
+    if (nlocal != static_cast<int>(start_.size())) return true;
     const Turn turn(frame_.rate * time);
-    Vector row[3];  // of the matrix that turns
+    Vector row[3];  // of the rotation matrix
     for (int d = 0; d < 3; ++d) {
       Vector unit{};
       unit[d] = 1.0;
       const Vector column = rotated(unit, frame_.axis, turn);
       for (int e = 0; e < 3; ++e) row[e][d] = column[e];
     }
-    bool left = false;
-    for (int i = 0; i < owned; ++i) {
+    bool beyond = false;
+    for (int i = 0; i < nlocal; ++i) {
       double square = 0.0;
       for (int d = 0; d < 3; ++d) {
-        const double gone = position[i][d] - frame_.origin[d] - dot(row[d], start_[i]);
-        square += gone * gone;
+        const double moved = position[i][d] - frame_.origin[d] - dot(row[d], start_[i]);
+        square += moved * moved;
       }
-      left |= !(square <= margin_[i] * margin_[i]);  // also true for NaN positions
+      beyond |= !(square <= skin_[i] * skin_[i]);  // also true for NaN positions
     }
-    return left;
+    return beyond;
   }
 
-  /// Whether `outrun` must be asked at every step.
+  /// Return whether `exceeded` must be evaluated at every step.
   bool by_speed() const { return by_speed_; }
-  double& operator[](int i) { return margin_[i]; }
-  const double* of_balls() const { return margin_.data(); }
+  double& operator[](int i) { return skin_[i]; }
+  const double* data() const { return skin_.data(); }
 
  private:
   Vector from_origin(const double* x) const
@@ -97,9 +98,9 @@ class Margins {
 
   TurningFrame frame_;
   bool by_speed_ = false;
-  std::vector<double> margin_;  ///< (all) [m]
-  std::vector<double> speed_;   ///< (all) seen from the frame, then the largest around [m/s]
-  std::vector<Vector> start_;   ///< (owned) places from the origin [m]
+  std::vector<double> skin_;   ///< (total) [m]
+  std::vector<double> speed_;  ///< (total) in the frame, then the largest around [m/s]
+  std::vector<Vector> start_;  ///< (nlocal) positions from the origin at the build [m]
 };
 
-}  // namespace millscale::pairs
+}  // namespace millscale::neighbor

@@ -4,66 +4,63 @@
 
 #include "core/neighbor/pair_list.h"
 
-namespace millscale::pairs {
+namespace millscale::neighbor {
 
-/// In place of an index: not there.
+/// An index of no particle.
 constexpr int absent = -1;
 
-/// Names of balls in the order of a list; ghosts have those of their balls.
+/// Global ids of the particles of a list; a ghost has the tag of the particle it copies.
 using Tags = std::vector<int>;
 
-inline bool overlap(const Balls& balls, int i, int j)
+/// Restore the contact history between i and the particle with this tag: `sign` times
+/// `displacement`. Return true if the pair is listed under i, overlaps, and is no pair with a
+/// ghost. A contact with a ghost has a second entry, under the particle that the ghost copies.
+inline bool restore_history(PairList& list, const Particles& particles, const int* tags, int i,
+                            int tag, const double* displacement, double sign)
 {
-  const double radii = balls.radius[i] + balls.radius[j];
-  return apart_square(balls, i, j) < radii * radii;
-}
-
-/// Restores the contact history of ball i with the ball of this tag: `memory` times `sign`, if the
-/// pair is listed under i and overlaps. Returns true if that is the contact's only entry: one with
-/// a ghost has a second, under the ball that the ghost is an image of.
-inline bool remember(HalfList& list, const Balls& balls, const int* tag, int i, int name,
-                     const double* memory, double sign)
-{
-  bool only = false;
+  bool only_entry = false;
   for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry) {
     const int j = list.other[entry];
-    if (tag[j] != name || !overlap(balls, i, j)) continue;
+    if (tags[j] != tag || !overlap(particles, i, j)) continue;
     list.touching[entry] = 1;
-    for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * memory[d];
-    only = j < balls.owned;
+    for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * displacement[d];
+    only_entry = j < particles.nlocal;
   }
-  return only;
+  return only_entry;
 }
 
-/// Carries the contact histories from list to list, whatever the balls are numbered in the new one.
-/// Either ball may have the pair now; both have it once one of them has left through a periodic end
-/// of the same rank. `now`: index in the new list of each owned ball of the old, or `absent`.
-inline void carry(const HalfList& old, const Tags& old_tag, const std::vector<int>& now,
-                  HalfList& list, const Balls& balls, const int* tag)
+/// Transfer the contact histories from the old list to the new one, whose particles may be numbered
+/// differently. Either particle may own the pair in the new list; both own an entry once one of
+/// them has left through a periodic boundary of the same rank. new_index: index in the new list of
+/// each local particle of the old list, or `absent`.
+inline void transfer_history(const PairList& old, const Tags& old_tags,
+                             const std::vector<int>& new_index, PairList& list,
+                             const Particles& particles, const int* tags)
 {
   for (int entry = 0; entry < old.entries; ++entry) {
     if (!old.touching[entry]) continue;
     const int a = old.own[entry], b = old.other[entry];
-    const int i = now[a], j = b < old.owned() ? now[b] : absent;
-    const double* memory = &old.displacement[3 * static_cast<std::size_t>(entry)];
-    if (i != absent && remember(list, balls, tag, i, old_tag[b], memory, 1.0)) continue;
-    if (j != absent) remember(list, balls, tag, j, old_tag[a], memory, -1.0);
+    const int i = new_index[a], j = b < old.nlocal() ? new_index[b] : absent;
+    const double* displacement = &old.displacement[3 * static_cast<std::size_t>(entry)];
+    if (i != absent && restore_history(list, particles, tags, i, old_tags[b], displacement, 1.0))
+      continue;
+    if (j != absent) restore_history(list, particles, tags, j, old_tags[a], displacement, -1.0);
   }
 }
 
-/// The contacts of the owned balls that are marked: visit(ball, name of the other, memory, sign),
-/// where sign times memory is that on the ball.
+/// Call visit(particle, tag of the partner, displacement, sign) for each contact of each marked
+/// local particle. The contact history of the particle is sign times displacement.
 template <class Visit>
-void for_memories_of(const std::vector<char>& marked, const HalfList& list, const Tags& tag,
-                     const Visit& visit)
+void for_each_history_of(const std::vector<char>& marked, const PairList& list, const Tags& tags,
+                         const Visit& visit)
 {
   for (int entry = 0; entry < list.entries; ++entry) {
     if (!list.touching[entry]) continue;
     const int a = list.own[entry], b = list.other[entry];
-    const double* memory = &list.displacement[3 * static_cast<std::size_t>(entry)];
-    if (marked[a]) visit(a, tag[b], memory, 1.0);
-    if (b < list.owned() && marked[b]) visit(b, tag[a], memory, -1.0);
+    const double* displacement = &list.displacement[3 * static_cast<std::size_t>(entry)];
+    if (marked[a]) visit(a, tags[b], displacement, 1.0);
+    if (b < list.nlocal() && marked[b]) visit(b, tags[a], displacement, -1.0);
   }
 }
 
-}  // namespace millscale::pairs
+}  // namespace millscale::neighbor

@@ -8,25 +8,27 @@
 
 #include "core/neighbor/pair_list.h"
 
-namespace millscale::pairs {
+namespace millscale::neighbor {
 
-/// Two balls that touch and that the list does not say to touch.
+/// Two particles that overlap and that the list does not mark as touching.
 struct MissedContact {
   int i, j;
   double overlap;  ///< [m]
-  bool listed;     ///< the list has the pair, not the touch
+  bool listed;     ///< the list has the pair, not marked as touching
 };
 
 namespace detail {
 
-inline std::optional<MissedContact> missed(const HalfList& list, const Balls& balls, int i, int j)
+inline std::optional<MissedContact> missed(const PairList& list, const Particles& particles, int i,
+                                           int j)
 {
-  if (std::min(i, j) >= balls.owned) return std::nullopt;  // two ghosts: another rank's
-  const double radii = balls.radius[i] + balls.radius[j];
-  const double overlap = radii - std::sqrt(apart_square(balls, i, j));
-  if (!(overlap > 1e-12 * radii)) return std::nullopt;  // rounding may say either
+  if (std::min(i, j) >= particles.nlocal)
+    return std::nullopt;  // two ghosts: another rank evaluates them
+  const double radii = particles.radius[i] + particles.radius[j];
+  const double overlap = radii - std::sqrt(separation_squared(particles, i, j));
+  if (!(overlap > 1e-12 * radii)) return std::nullopt;  // rounding decides
   for (const auto& [a, b] : {std::pair{i, j}, std::pair{j, i}}) {
-    if (a >= balls.owned) continue;
+    if (a >= particles.nlocal) continue;
     const int* begin = list.other.data() + list.first[a];
     const int* end = begin + list.partners[a];
     const int* found = std::find(begin, end, b);
@@ -39,20 +41,20 @@ inline std::optional<MissedContact> missed(const HalfList& list, const Balls& ba
 
 }  // namespace detail
 
-/// Looks for a contact that a list lacks, after its evaluation. It shares nothing with `build`: all
-/// balls in order of their lower ends along x, each with those that begin before it ends.
-inline std::optional<MissedContact> missed_contact(const HalfList& list, const Balls& balls)
+/// Return a contact that the list lacks after its evaluation, if there is one. The search shares no
+/// code with `build`: it sweeps the particles in order of their lower ends along x.
+inline std::optional<MissedContact> missed_contact(const PairList& list, const Particles& particles)
 {
-  const auto low = [&](int i) { return balls.position[i][0] - balls.radius[i]; };
-  std::vector<int> order(balls.all);
+  const auto low = [&](int i) { return particles.position[i][0] - particles.radius[i]; };
+  std::vector<int> order(particles.total());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) { return low(a) < low(b); });
   for (std::size_t a = 0; a < order.size(); ++a) {
-    const double high = balls.position[order[a]][0] + balls.radius[order[a]];
+    const double high = particles.position[order[a]][0] + particles.radius[order[a]];
     for (std::size_t b = a + 1; b < order.size() && low(order[b]) < high; ++b)
-      if (const auto found = detail::missed(list, balls, order[a], order[b])) return found;
+      if (const auto found = detail::missed(list, particles, order[a], order[b])) return found;
   }
   return std::nullopt;
 }
 
-}  // namespace millscale::pairs
+}  // namespace millscale::neighbor

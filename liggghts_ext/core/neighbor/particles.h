@@ -2,26 +2,35 @@
 
 #include <cstddef>
 
-namespace millscale::pairs {
+namespace millscale::neighbor {
 
-/// The balls of one rank as the engine stores them: owned ones first, then copies of others'
-/// (ghosts). Nothing is owned here.
-struct Balls {
+/// The particles of one rank in the engine's arrays, not owned: local ones first, then ghosts.
+struct Particles {
   const double (*position)[3], (*velocity)[3], (*spin)[3];  ///< [m], [m/s], [rad/s]
   const double *radius, *mass;                              ///< [m], [kg]
   const int* type;                                          ///< 1 .. types
-  int owned, all;
+  int nlocal, nghost;
+
+  // Always inlined: the kernels may not share functions between object files.
+  [[gnu::always_inline]] int total() const { return nlocal + nghost; }
 };
 
-/// Square of the distance of two centres [m^2].
-inline double apart_square(const Balls& balls, int i, int j)
+/// Return the squared distance of two centres [m^2].
+inline double separation_squared(const Particles& particles, int i, int j)
 {
-  double square = 0.0;
+  double r2 = 0.0;
   for (int d = 0; d < 3; ++d) {
-    const double apart = balls.position[i][d] - balls.position[j][d];
-    square += apart * apart;
+    const double separation = particles.position[i][d] - particles.position[j][d];
+    r2 += separation * separation;
   }
-  return square;
+  return r2;
 }
 
-}  // namespace millscale::pairs
+/// Return whether two particles overlap.
+inline bool overlap(const Particles& particles, int i, int j)
+{
+  const double radii = particles.radius[i] + particles.radius[j];
+  return separation_squared(particles, i, j) < radii * radii;
+}
+
+}  // namespace millscale::neighbor

@@ -101,8 +101,8 @@ void register_styles(LAMMPS& engine)
   fixes["wall/mill"] = &create_fix<LAMMPS_NS::FixWallMill>;
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
-  fixes[LAMMPS_NS::FixPairMargins::style_name] = &create_fix<LAMMPS_NS::FixPairMargins>;
-  fixes["contacthistory"] = &create_fix<LAMMPS_NS::FixPairMemories>;  // in the engine's place
+  fixes[LAMMPS_NS::FixAdaptiveSkin::style_name] = &create_fix<LAMMPS_NS::FixAdaptiveSkin>;
+  fixes["contacthistory"] = &create_fix<LAMMPS_NS::FixPairContactHistory>;  // in the engine's place
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
   fixes["mill/ledger"] = &create_fix<LAMMPS_NS::FixMillLedger>;

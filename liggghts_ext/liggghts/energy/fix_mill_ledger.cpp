@@ -20,7 +20,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 namespace contact = millscale::contact;
-namespace ledger = millscale::ledger;
+namespace energy = millscale::energy;
 using millscale::Vector;
 
 namespace {
@@ -34,9 +34,9 @@ struct FixMillLedger::State {
   double layout, begun;
   Energies begin;
   Window window;
-  ledger::WorkSums work;
-  std::array<double, ledger::pairings> slip, impacts, impact_energy;
-  std::array<ledger::ImpactSpectrum, ledger::pairings> spectrum;
+  energy::WorkSums work;
+  std::array<double, energy::pairings> slip, impacts, impact_energy;
+  std::array<energy::ImpactSpectrum, energy::pairings> spectrum;
 };
 
 FixMillLedger::FixMillLedger(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
@@ -123,8 +123,8 @@ void FixMillLedger::pre_force(int)
   const auto balls = static_cast<std::size_t>(atom->nlocal);
   const double angle = mill_fix_->mill_angle();
   const bool inside = !file_.empty() && angle >= window_.from && angle <= window_.to;
-  for (ledger::ContactSums* sums :
-       {static_cast<ledger::ContactSums*>(&between_balls_), &on_wall_}) {
+  for (energy::ContactSums* sums :
+       {static_cast<energy::ContactSums*>(&between_balls_), &on_wall_}) {
     sums->clear(balls);
     sums->in_window = inside && window_.written == 0.0;
   }
@@ -132,9 +132,9 @@ void FixMillLedger::pre_force(int)
 
 /// Powers of this step's forces at velocities of the full step plus `shift` [s] times the
 /// accelerations, of this rank.
-ledger::Works FixMillLedger::powers(double shift) const
+energy::Works FixMillLedger::powers(double shift) const
 {
-  ledger::Works sum;
+  energy::Works sum;
   for (int i = 0; i < atom->nlocal; ++i) {
     const double by_mass = shift / atom->rmass[i];
     const double by_inertia = by_mass / (inertia * atom->radius[i] * atom->radius[i]);
@@ -144,12 +144,12 @@ ledger::Works FixMillLedger::powers(double shift) const
       spin[d] = atom->omega[i][d] + by_inertia * atom->torque[i][d];
     }
     for (int k = 0; k < contact::works; ++k) {
-      sum.on_balls[ledger::ball_ball][k] += contact::power(between_balls_.loads[i][k], v, spin);
-      sum.on_balls[ledger::ball_wall][k] += contact::power(on_wall_.loads[i][k], v, spin);
+      sum.on_balls[energy::ball_ball][k] += contact::power(between_balls_.loads[i][k], v, spin);
+      sum.on_balls[energy::ball_wall][k] += contact::power(on_wall_.loads[i][k], v, spin);
     }
   }
   for (int k = 0; k < contact::works; ++k) {
-    sum.on_balls[ledger::ball_wall][k] -= on_wall_.wall_power[k];
+    sum.on_balls[energy::ball_wall][k] -= on_wall_.wall_power[k];
     sum.of_mill += on_wall_.wall_power[k];  // walls at rest do no work
   }
   return sum;
@@ -198,8 +198,8 @@ FixMillLedger::Energies FixMillLedger::energies() const
     const Vector x{atom->x[i][0], atom->x[i][1], atom->x[i][2]};
     e.potential -= mass * mill_fix_->gravity() * millscale::dot(x, mill_fix_->down());
   }
-  e.stored = {ledger::Stored{between_balls_.normal_energy, between_balls_.tangential_energy},
-              ledger::Stored{on_wall_.normal_energy, on_wall_.tangential_energy}};
+  e.stored = {energy::Stored{between_balls_.normal_energy, between_balls_.tangential_energy},
+              energy::Stored{on_wall_.normal_energy, on_wall_.tangential_energy}};
   return e;
 }
 
@@ -239,8 +239,8 @@ void FixMillLedger::tell()
             now.rotation - begin_.rotation, now.potential - begin_.potential};
   double residual = terms_[0] - terms_[1] - terms_[2] - terms_[3];
   double* out = &terms_[4];
-  for (int p = 0; p < ledger::pairings; ++p) {
-    const ledger::PairingTerms t =
+  for (int p = 0; p < energy::pairings; ++p) {
+    const energy::PairingTerms t =
         terms_of(all.work.done.on_balls[p], begin_.stored[p], now.stored[p], all.slip[p]);
     for (const double term :
          {t.elastic_normal, t.elastic_tangential, t.dissipated_normal, t.dissipated_tangential,
@@ -250,7 +250,7 @@ void FixMillLedger::tell()
                 t.dissipated_tangential + t.dissipated_rolling;
   }
   *out++ = residual;
-  for (int p = 0; p < ledger::pairings; ++p) {
+  for (int p = 0; p < energy::pairings; ++p) {
     *out++ = all.impacts[p];
     *out++ = all.impact_energy[p];
   }
@@ -292,11 +292,11 @@ bool FixMillLedger::put_impacts(const std::string& name, const State& all) const
       "mill_angle_from_rad,mill_angle_to_rad,pairing,energy_low_J,energy_high_J,impacts,energy_J\n",
       out);
   const char* names[] = {"ball_ball", "ball_wall"};
-  for (int p = 0; p < ledger::pairings; ++p)
-    for (int bin = 0; bin < ledger::ImpactSpectrum::bins; ++bin)
+  for (int p = 0; p < energy::pairings; ++p)
+    for (int bin = 0; bin < energy::ImpactSpectrum::bins; ++bin)
       std::fprintf(out, "%.10g,%.10g,%s,%.10g,%.10g,%.10g,%.10g\n", window_.first, window_.last,
-                   names[p], ledger::ImpactSpectrum::edge(bin),
-                   ledger::ImpactSpectrum::edge(bin + 1), all.spectrum[p].count[bin],
+                   names[p], energy::ImpactSpectrum::edge(bin),
+                   energy::ImpactSpectrum::edge(bin + 1), all.spectrum[p].count[bin],
                    all.spectrum[p].energy_sum[bin]);
   const bool complete = std::ferror(out) == 0;
   return std::fclose(out) == 0 && complete;
@@ -330,8 +330,8 @@ void FixMillLedger::restart(char* buffer)
   window_.to = to;
   if (comm->me != 0) return;  // sums are of all ranks: one keeps them
   work_ = from.work;
-  ledger::ContactSums* sums[] = {&between_balls_, &on_wall_};
-  for (int p = 0; p < ledger::pairings; ++p) {
+  energy::ContactSums* sums[] = {&between_balls_, &on_wall_};
+  for (int p = 0; p < energy::pairings; ++p) {
     sums[p]->slip = from.slip[p];
     sums[p]->impacts = from.impacts[p];
     sums[p]->impact_energy = from.impact_energy[p];

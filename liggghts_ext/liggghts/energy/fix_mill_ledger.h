@@ -32,14 +32,14 @@ class FixMillLedger : public Fix {
   void write_restart(FILE*) override;
   void restart(char*) override;
 
-  millscale::ledger::PairSums& between_balls() { return between_balls_; }
-  millscale::ledger::ContactSums& on_wall() { return on_wall_; }
+  millscale::energy::PairSums& between_balls() { return between_balls_; }
+  millscale::energy::ContactSums& on_wall() { return on_wall_; }
 
  private:
   /// Energies of balls and contacts at one step [J].
   struct Energies {
     double translation = 0.0, rotation = 0.0, potential = 0.0;
-    std::array<millscale::ledger::Stored, millscale::ledger::pairings> stored{};
+    std::array<millscale::energy::Stored, millscale::energy::pairings> stored{};
   };
   /// The mill angles between which impacts go to the spectrum [rad].
   struct Window {
@@ -51,7 +51,7 @@ class FixMillLedger : public Fix {
 
   void parse(int narg, char** arg);
   void refuse_what_is_not_covered() const;
-  millscale::ledger::Works powers(double shift) const;
+  millscale::energy::Works powers(double shift) const;
   Energies energies() const;
   Energies energies_of_all_ranks() const;
   State state_of_all_ranks() const;
@@ -62,9 +62,9 @@ class FixMillLedger : public Fix {
   static constexpr int numbers = 25;
   std::string mill_id_, file_;
   FixMillSimilarity* mill_fix_ = nullptr;
-  millscale::ledger::PairSums between_balls_;
-  millscale::ledger::ContactSums on_wall_;
-  millscale::ledger::WorkSums work_;
+  millscale::energy::PairSums between_balls_;
+  millscale::energy::ContactSums on_wall_;
+  millscale::energy::WorkSums work_;
   Energies begin_;               ///< of all ranks, where the account begins
   double begun_ = 0.0;           ///< 1: there is a begin
   bool forces_carried_ = false;  ///< a restart: the next kick has been accounted for

@@ -10,67 +10,67 @@
 #include "liggghts/mill/fix_mill_similarity.h"
 
 using namespace LAMMPS_NS;
-namespace pairs = millscale::pairs;
+namespace neighbor = millscale::neighbor;
 
-FixPairMargins::FixPairMargins(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+FixAdaptiveSkin::FixAdaptiveSkin(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
 {
   comm_forward = 1;
   force_reneighbor = 1;
   next_reneighbor = -1;
 }
 
-int FixPairMargins::setmask()
+int FixAdaptiveSkin::setmask()
 {
   return FixConst::POST_INTEGRATE;
 }
 
-void FixPairMargins::init()
+void FixAdaptiveSkin::init()
 {
-  margins_ = {};  // nothing to watch, should another pair style make the lists from here on
-  mill_ = first_fix<FixMillSimilarity>(modify);
+  skin_ = {};  // uniform, in case another pair style makes the lists from now on
+  mill_fix_ = first_fix<FixMillSimilarity>(modify);
 }
 
-const double* FixPairMargins::at_birth(const pairs::Balls& balls, pairs::CellGrid& grid,
-                                       bool by_places)
+const double* FixAdaptiveSkin::at_build(const neighbor::Particles& particles,
+                                        neighbor::CellGrid& grid, bool by_position_only)
 {
-  const double most = 0.5 * neighbor->skin;  // what the engine's ghosts and its own look allow
-  grid.sort(balls, most);
+  const double most = 0.5 * neighbor->skin;  // limit of the engine's ghosts and of its own check
+  grid.sort(particles, most);
   double fastest = 0.0;
-  for (int i = 0; i < balls.owned; ++i) {
-    const double* v = balls.velocity[i];
+  for (int i = 0; i < particles.nlocal; ++i) {
+    const double* v = particles.velocity[i];
     fastest = std::max(fastest, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   }
   MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, world);
-  if (by_places || !(fastest > 0.0)) {
-    margins_.set_same(balls, most);
-    return margins_.of_balls();
+  if (by_position_only || !(fastest > 0.0)) {
+    skin_.set_uniform(particles, most);
+    return skin_.data();
   }
-  pairs::TurningFrame frame;
-  if (mill_) frame = {mill_->origin(), mill_->axis(), mill_->speed_now()};
-  // The engine asks for a list when the fastest ball has gone as far as the largest margin.
-  margins_.set_by_speed(balls, grid, frame, most, most / std::sqrt(fastest));
-  birth_ = update->ntimestep;
+  neighbor::TurningFrame frame;
+  if (mill_fix_) frame = {mill_fix_->origin(), mill_fix_->axis(), mill_fix_->speed_now()};
+  // The engine's own check requests a list when the fastest particle has moved by the largest skin.
+  skin_.set_by_speed(particles, grid, frame, most, most / std::sqrt(fastest));
+  build_step_ = update->ntimestep;
   comm->forward_comm_fix(this);
-  return margins_.of_balls();
+  return skin_.data();
 }
 
-void FixPairMargins::post_integrate()
+void FixAdaptiveSkin::post_integrate()
 {
-  if (!margins_.by_speed()) return;  // so for all ranks
+  if (!skin_.by_speed()) return;  // the same on all ranks
   const auto* x = reinterpret_cast<const double(*)[3]>(atom->x ? atom->x[0] : nullptr);
-  const double time = static_cast<double>(update->ntimestep - birth_) * update->dt;
-  int outrun = margins_.outrun(x, atom->nlocal, time);
-  MPI_Allreduce(MPI_IN_PLACE, &outrun, 1, MPI_INT, MPI_MAX, world);
-  if (outrun) next_reneighbor = update->ntimestep;
+  const double time = static_cast<double>(update->ntimestep - build_step_) * update->dt;
+  int exceeded = skin_.exceeded(x, atom->nlocal, time);
+  MPI_Allreduce(MPI_IN_PLACE, &exceeded, 1, MPI_INT, MPI_MAX, world);
+  if (exceeded) next_reneighbor = update->ntimestep;
 }
 
-int FixPairMargins::pack_comm(int count, int* balls, double* buffer, int, int*)
+int FixAdaptiveSkin::pack_comm(int count, int* particles, double* buffer, int, int*)
 {
-  for (int k = 0; k < count; ++k) buffer[k] = margins_[balls[k]];
+  for (int k = 0; k < count; ++k) buffer[k] = skin_[particles[k]];
   return 1;
 }
 
-void FixPairMargins::unpack_comm(int count, int first, double* buffer)
+void FixAdaptiveSkin::unpack_comm(int count, int first, double* buffer)
 {
-  for (int k = 0; k < count; ++k) margins_[first + k] = buffer[k];
+  for (int k = 0; k < count; ++k) skin_[first + k] = buffer[k];
 }

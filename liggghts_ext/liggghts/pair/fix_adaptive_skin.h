@@ -8,13 +8,13 @@ namespace LAMMPS_NS {
 
 class FixMillSimilarity;
 
-/// Margins of the balls for the neighbour list of `pair_style gran ... surface fast`, which makes
-/// this fix; asks for a new list when a ball has left its own.
-class FixPairMargins : public Fix {
+/// Per-particle Verlet skin of the pair list of `pair_style gran ... surface fast`, which creates
+/// this fix. Requests a new list when a particle has moved by more than its skin.
+class FixAdaptiveSkin : public Fix {
  public:
   static constexpr const char* style_name = "mill/pair_margins";
 
-  FixPairMargins(class LAMMPS*, int, char**);
+  FixAdaptiveSkin(class LAMMPS*, int, char**);
 
   int setmask() override;
   void init() override;
@@ -22,15 +22,15 @@ class FixPairMargins : public Fix {
   int pack_comm(int, int*, double*, int, int*) override;
   void unpack_comm(int, int, double*) override;
 
-  /// Of the balls and ghosts at a list's birth [m]; sorts them into the grid. `by_places`: the list
-  /// must depend on nothing but where the balls are.
-  const double* at_birth(const millscale::pairs::Balls&, millscale::pairs::CellGrid&,
-                         bool by_places);
+  /// Sort the particles into the grid and return the skin of each, local and ghost, for a new list
+  /// [m]. by_position_only: the list may depend on positions only.
+  const double* at_build(const millscale::neighbor::Particles&, millscale::neighbor::CellGrid&,
+                         bool by_position_only);
 
  private:
-  const FixMillSimilarity* mill_ = nullptr;
-  millscale::pairs::Margins margins_;
-  bigint birth_ = 0;
+  const FixMillSimilarity* mill_fix_ = nullptr;
+  millscale::neighbor::AdaptiveSkin skin_;
+  bigint build_step_ = 0;
 };
 
 }  // namespace LAMMPS_NS

@@ -4,9 +4,9 @@
 
 namespace LAMMPS_NS {
 
-/// Sum of the tangential damping coefficients of each ball's contacts with balls [kg/s], of the
-/// last step, for balls and ghosts, across ranks and restarts. Made by `pair_style gran ... surface
-/// fast tangential_damping bounded`.
+/// Sum of the tangential damping coefficients of each ball's contacts with balls [kg/s] at the last
+/// step. Kept across ranks and restarts. Created by `pair_style gran ... surface fast
+/// tangential_damping bounded`.
 class FixContactDamping : public FixPerBallRows {
  public:
   static constexpr const char* style_name = "mill/contact_damping";
@@ -17,10 +17,10 @@ class FixContactDamping : public FixPerBallRows {
   int pack_comm(int, int*, double*, int, int*) override;
   void unpack_comm(int, int, double*) override;
 
-  /// (balls and ghosts); the ghosts' are those of their balls.
+  /// Return the sums of local balls and ghosts, after the owners have sent those of the ghosts.
   double* up_to_date();
 
-  /// Sum of an owned ball, to which the walls add theirs.
+  /// Return the sum of a local ball, to which the walls add.
   double& of_ball(int i) { return *row(i); }
 };
 

@@ -12,31 +12,31 @@
 #include "update.h"
 
 using namespace LAMMPS_NS;
-namespace pairs = millscale::pairs;
+namespace neighbor = millscale::neighbor;
 
-FixPairMemories::FixPairMemories(LAMMPS* lmp, int narg, char** arg)
+FixPairContactHistory::FixPairContactHistory(LAMMPS* lmp, int narg, char** arg)
     : FixContactHistory(lmp, narg, arg),
-      born_as_(atom->nmax, pairs::absent),
-      shown_(lmp),
-      shown_history_(lmp)
+      index_in_list_(atom->nmax, neighbor::absent),
+      engine_list_(lmp),
+      engine_history_list_(lmp)
 {
-  // Else the engine calls set_arrays() for balls that are there, after the first list.
+  // Otherwise the engine calls set_arrays() for existing particles after the first list.
   just_created = 0;
-  shown_.ghostflag = shown_history_.ghostflag =
-      0;  // else the engine's destructor reads what is not set
+  engine_list_.ghostflag = engine_history_list_.ghostflag =
+      0;  // otherwise the engine's destructor reads uninitialised members
 }
 
-FixPairMemories::~FixPairMemories()
+FixPairContactHistory::~FixPairContactHistory()
 {
-  for (NeighList* list : {&shown_, &shown_history_}) {  // their arrays are ours
+  for (NeighList* list : {&engine_list_, &engine_history_list_}) {  // their arrays are ours
     list->ilist = list->numneigh = nullptr;
     list->firstneigh = nullptr;
     list->firstdouble = nullptr;
   }
 }
 
-/// The pair style keeps a pointer to this fix and never asks whether it is still there.
-void FixPairMemories::pre_delete(bool by_unfix)
+/// The pair style keeps a pointer to this fix and does not check that it still exists.
+void FixPairContactHistory::pre_delete(bool by_unfix)
 {
   if (by_unfix)
     error->fix_error(FLERR, this,
@@ -44,41 +44,42 @@ void FixPairMemories::pre_delete(bool by_unfix)
                      "`unfix`, and the pair style removes it when another takes its place");
 }
 
-/// Files of a step are written from the history, and delete_atoms asks for it between runs.
-void FixPairMemories::pre_exchange()
+/// Restart files are written from the engine's arrays, and delete_atoms reads them between runs.
+void FixPairContactHistory::pre_exchange()
 {
   const bool in_a_run = update->whichflag == 1 && !update->setupflag;
   stays_in_list_ = in_use_ && in_a_run && !output->restart_requested(update->ntimestep) &&
                    !domain->box_change && !domain->triclinic;
   if (!in_use_) return FixContactHistory::pre_exchange();
-  hand_over();
+  store_history();
 }
 
-/// Before a run, and at the end of a step for a file: the list goes on after that.
-void FixPairMemories::setup_pre_exchange()
+/// The engine calls this before a run, and at the end of a step for a restart file. The list
+/// remains valid after the file.
+void FixPairContactHistory::setup_pre_exchange()
 {
   stays_in_list_ = false;
   if (*computeflag_ && !in_use_) return FixContactHistory::pre_exchange();
-  if (*computeflag_) hand_over();
-  if (update->setupflag) in_use_ = false;  // until the run has a list, perhaps of other contacts
+  if (*computeflag_) store_history();
+  if (update->setupflag) in_use_ = false;  // until the run has built a list
 }
 
-/// All balls, or those that may leave: ones inside of their rank's part of the box stay on it.
-void FixPairMemories::mark_leaving()
+/// Mark all particles, or only those that may leave: particles inside the rank's subdomain stay.
+void FixPairContactHistory::mark_leaving()
 {
-  leaving_.assign(list_.owned(), !stays_in_list_);
+  leaving_.assign(list_.nlocal(), !stays_in_list_);
   if (!stays_in_list_) return;
   const double *low = domain->sublo, *high = domain->subhi;
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* x = atom->x[i];
     bool inside = true;
     for (int d = 0; d < 3; ++d) inside &= x[d] >= low[d] && x[d] < high[d];
-    if (!inside && born_as_[i] != pairs::absent) leaving_[born_as_[i]] = 1;
+    if (!inside && index_in_list_[i] != neighbor::absent) leaving_[index_in_list_[i]] = 1;
   }
 }
 
-/// Writes the contacts of balls that leave into the history.
-void FixPairMemories::hand_over()
+/// Store the contact histories of the leaving particles in the engine's arrays.
+void FixPairContactHistory::store_history()
 {
   mark_leaving();
   *computeflag_ = 0;
@@ -86,9 +87,9 @@ void FixPairMemories::hand_over()
   ipage_->reset();
   dpage_->reset();
   if (std::find(leaving_.begin(), leaving_.end(), 1) == leaving_.end()) return;
-  find_now();
-  pairs::for_memories_of(leaving_, list_, tag_, [&](int ball, int, const double*, double) {
-    if (now_[ball] != pairs::absent) ++npartner_[now_[ball]];
+  find_current_indices();
+  neighbor::for_each_history_of(leaving_, list_, tag_, [&](int ball, int, const double*, double) {
+    if (current_index_[ball] != neighbor::absent) ++npartner_[current_index_[ball]];
   });
   for (int i = 0; i < atom->nlocal; ++i) {
     if (npartner_[i] == 0) continue;
@@ -99,49 +100,50 @@ void FixPairMemories::hand_over()
       error->one(FLERR, "a ball has more contacts than neigh_modify one allows: raise it");
     npartner_[i] = 0;
   }
-  pairs::for_memories_of(leaving_, list_, tag_,
-                         [&](int ball, int name, const double* memory, double sign) {
-                           const int i = now_[ball];
-                           if (i == pairs::absent) return;
-                           const int k = npartner_[i]++;
-                           partner_[i][k] = name;
-                           for (int d = 0; d < 3; ++d)
-                             contacthistory_[i][dnum_ * k + d] = sign * memory[d];
-                         });
+  neighbor::for_each_history_of(leaving_, list_, tag_,
+                                [&](int ball, int tag, const double* displacement, double sign) {
+                                  const int i = current_index_[ball];
+                                  if (i == neighbor::absent) return;
+                                  const int k = npartner_[i]++;
+                                  partner_[i][k] = tag;
+                                  for (int d = 0; d < 3; ++d)
+                                    contacthistory_[i][dnum_ * k + d] = sign * displacement[d];
+                                });
   comm->maxexchange_fix = std::max(comm->maxexchange_fix, (dnum_ + 1) * maxtouch_ + 1);
 }
 
-void FixPairMemories::find_now()
+void FixPairContactHistory::find_current_indices()
 {
-  now_.assign(list_.owned(), pairs::absent);
+  current_index_.assign(list_.nlocal(), neighbor::absent);
   for (int i = 0; i < atom->nlocal; ++i)
-    if (born_as_[i] != pairs::absent) now_[born_as_[i]] = i;
+    if (index_in_list_[i] != neighbor::absent) current_index_[index_in_list_[i]] = i;
 }
 
-pairs::HalfList& FixPairMemories::next_list()
+neighbor::PairList& FixPairContactHistory::next_list()
 {
-  if (stays_in_list_) find_now();
+  if (stays_in_list_) find_current_indices();
   std::swap(list_, old_list_);
   return list_;
 }
 
-void FixPairMemories::take_on(const pairs::Balls& balls, PairGran* pair)
+void FixPairContactHistory::take_over_history(const neighbor::Particles& particles, PairGran* pair)
 {
-  if (stays_in_list_) pairs::carry(old_list_, tag_, now_, list_, balls, atom->tag);
-  // The history has those of all balls, or of the ones that have come.
-  for (int i = 0; i < balls.owned; ++i)
+  if (stays_in_list_)
+    neighbor::transfer_history(old_list_, tag_, current_index_, list_, particles, atom->tag);
+  // The engine's arrays hold the histories of all particles, or of those that have arrived.
+  for (int i = 0; i < particles.nlocal; ++i)
     for (int k = 0; k < npartner_[i]; ++k)
-      pairs::remember(list_, balls, atom->tag, i, partner_[i][k], &contacthistory_[i][dnum_ * k],
-                      1.0);
+      neighbor::restore_history(list_, particles, atom->tag, i, partner_[i][k],
+                                &contacthistory_[i][dnum_ * k], 1.0);
   in_use_ = true;
-  tag_.assign(atom->tag, atom->tag + balls.all);
-  std::iota(born_as_.begin(), born_as_.begin() + balls.owned, 0);
-  show(pair);
+  tag_.assign(atom->tag, atom->tag + particles.total());
+  std::iota(index_in_list_.begin(), index_in_list_.begin() + particles.nlocal, 0);
+  publish(pair);
 }
 
-void FixPairMemories::show(PairGran* pair)
+void FixPairContactHistory::publish(PairGran* pair)
 {
-  const int owned = list_.owned();
+  const int owned = list_.nlocal();
   owned_.resize(owned);
   std::iota(owned_.begin(), owned_.end(), 0);
   first_other_.resize(owned);
@@ -153,55 +155,56 @@ void FixPairMemories::show(PairGran* pair)
     first_touching_[i] = list_.touching.data() + first;
     first_displacement_[i] = list_.displacement.data() + 3 * static_cast<std::size_t>(first);
   }
-  for (NeighList* list : {&shown_, &shown_history_}) {
+  for (NeighList* list : {&engine_list_, &engine_history_list_}) {
     list->inum = owned;
     list->ilist = owned_.data();
     list->numneigh = list_.partners.data();
   }
-  shown_.firstneigh = first_other_.data();
-  shown_.listgranhistory = &shown_history_;
-  shown_history_.firstneigh = first_touching_.data();
-  shown_history_.firstdouble = first_displacement_.data();
-  pair->list = &shown_;
-  pair->listgranhistory = &shown_history_;
+  engine_list_.firstneigh = first_other_.data();
+  engine_list_.listgranhistory = &engine_history_list_;
+  engine_history_list_.firstneigh = first_touching_.data();
+  engine_history_list_.firstdouble = first_displacement_.data();
+  pair->list = &engine_list_;
+  pair->listgranhistory = &engine_history_list_;
 }
 
-int FixPairMemories::pack_exchange(int i, double* buffer)
+int FixPairContactHistory::pack_exchange(int i, double* buffer)
 {
-  if (stays_in_list_ && born_as_[i] != pairs::absent && !leaving_[born_as_[i]])
+  if (stays_in_list_ && index_in_list_[i] != neighbor::absent && !leaving_[index_in_list_[i]])
     error->one(FLERR,
-               "a ball leaves its rank from within its part of the box, and would forget its "
-               "contacts; please report the deck");
+               "a ball leaves its rank from within its subdomain and would lose its contact "
+               "history; please report the deck");
   return FixContactHistory::pack_exchange(i, buffer);
 }
 
-int FixPairMemories::unpack_exchange(int i, double* buffer)
+int FixPairContactHistory::unpack_exchange(int i, double* buffer)
 {
-  born_as_[i] = pairs::absent;
+  index_in_list_[i] = neighbor::absent;
   return FixContactHistory::unpack_exchange(i, buffer);
 }
 
-void FixPairMemories::set_arrays(int i)
+void FixPairContactHistory::set_arrays(int i)
 {
   FixContactHistory::set_arrays(i);
-  born_as_[i] = pairs::absent;
+  index_in_list_[i] = neighbor::absent;
 }
 
-void FixPairMemories::copy_arrays(int from, int to, int deletes)
+void FixPairContactHistory::copy_arrays(int from, int to, int deletes)
 {
   FixContactHistory::copy_arrays(from, to, deletes);
-  born_as_[to] = born_as_[from];
+  index_in_list_[to] = index_in_list_[from];
 }
 
-void FixPairMemories::grow_arrays(int count)
+void FixPairContactHistory::grow_arrays(int count)
 {
   FixContactHistory::grow_arrays(count);
-  born_as_.resize(count, pairs::absent);
+  index_in_list_.resize(count, neighbor::absent);
 }
 
-double FixPairMemories::memory_usage()
+double FixPairContactHistory::memory_usage()
 {
   return FixContactHistory::memory_usage() +
-         static_cast<double>((tag_.capacity() + born_as_.capacity() + now_.capacity()) *
-                             sizeof(int));
+         static_cast<double>(
+             (tag_.capacity() + index_in_list_.capacity() + current_index_.capacity()) *
+             sizeof(int));
 }

@@ -9,13 +9,14 @@
 
 namespace LAMMPS_NS {
 
-/// The engine's contact history, in its place, and the neighbour list of `surface fast`. Memories
-/// of balls that stay on their rank go from list to list without the history; it gets those of
-/// balls that leave, and all for restart files and set-ups. With other contacts it is the engine's.
-class FixPairMemories : public FixContactHistory {
+/// The engine's contact history, replaced, and the pair list of `surface fast`. Contact histories
+/// of particles that stay on their rank are transferred from list to list. Only those of particles
+/// that leave, or all before a restart file or a set-up, are stored in the engine's arrays. With
+/// other contact styles this fix is the engine's.
+class FixPairContactHistory : public FixContactHistory {
  public:
-  FixPairMemories(class LAMMPS*, int, char**);
-  ~FixPairMemories() override;
+  FixPairContactHistory(class LAMMPS*, int, char**);
+  ~FixPairContactHistory() override;
 
   void pre_delete(bool by_unfix) override;
   void pre_exchange() override;
@@ -27,27 +28,27 @@ class FixPairMemories : public FixContactHistory {
   int pack_exchange(int, double*) override;
   int unpack_exchange(int, double*) override;
 
-  /// To be built, and then to be given its memories. The one before is kept until then.
-  millscale::pairs::HalfList& next_list();
-  /// The new list takes on what is remembered, and the engine is shown it as one of its own.
-  void take_on(const millscale::pairs::Balls&, class PairGran*);
-  millscale::pairs::HalfList& list() { return list_; }
+  /// Return the list to build. The old list is kept until `take_over_history`.
+  millscale::neighbor::PairList& next_list();
+  /// Transfer all contact histories to the new list, and set it as the engine's neighbour list.
+  void take_over_history(const millscale::neighbor::Particles&, class PairGran*);
+  millscale::neighbor::PairList& list() { return list_; }
 
  private:
-  void hand_over();
+  void store_history();
   void mark_leaving();
-  void find_now();
-  void show(class PairGran*);
+  void find_current_indices();
+  void publish(class PairGran*);
 
-  millscale::pairs::HalfList list_, old_list_;
-  bool in_use_ = false;         ///< the list holds the memories of the last step
-  bool stays_in_list_ = false;  ///< they are in it over the exchange
-  millscale::pairs::Tags tag_;  ///< of the balls of the list
-  std::vector<int> born_as_;    ///< of each ball its index in the list, or absent
-  std::vector<int> now_;        ///< the other way round
-  std::vector<char> leaving_;   ///< of the list's owned balls
+  millscale::neighbor::PairList list_, old_list_;
+  bool in_use_ = false;             ///< the list holds the histories of the last step
+  bool stays_in_list_ = false;      ///< the histories stay in the list during the exchange
+  millscale::neighbor::Tags tag_;   ///< of the particles of the list
+  std::vector<int> index_in_list_;  ///< of each particle, or absent
+  std::vector<int> current_index_;  ///< of each local particle of the list, or absent
+  std::vector<char> leaving_;       ///< of each local particle of the list
 
-  NeighList shown_, shown_history_;
+  NeighList engine_list_, engine_history_list_;
   std::vector<int> owned_;
   std::vector<int*> first_other_, first_touching_;
   std::vector<double*> first_displacement_;

@@ -31,7 +31,7 @@
 #include "liggghts/pair/fix_pair_contact_history.h"
 
 using namespace LAMMPS_NS;
-namespace pairs = millscale::pairs;
+namespace kernels = millscale::kernels;
 
 namespace {
 
@@ -40,7 +40,7 @@ constexpr int surface_fast = 62;  // of 64; the engine's own surface models are 
 constexpr const char* tangential_models[] = {"off", "no_history", "history"};
 constexpr const char* style_name = "pair_style gran ... surface fast";
 
-/// Of hertz with a tangential model and with or without constant directional torque.
+/// Return the hash of hertz with a tangential model, with or without constant directional torque.
 int64_t hash_of(const char* tangential, bool rolling)
 {
   models::Factory& known = models::Factory::instance();
@@ -55,7 +55,8 @@ LIGGGHTS::PairStyles::IGranularPairStyle* create(LAMMPS* engine, PairGran* pair,
   return new PairGranFast(engine, pair, hash);
 }
 
-/// Of the engine's other models; it would answer that it does not know the surface model.
+/// Refuse the engine's other models. The engine's own error would say that the surface model is
+/// unknown.
 LIGGGHTS::PairStyles::IGranularPairStyle* refuse(LAMMPS* engine, PairGran*, int64_t)
 {
   engine->error->all(FLERR, (std::string(style_name) +
@@ -63,6 +64,18 @@ LIGGGHTS::PairStyles::IGranularPairStyle* refuse(LAMMPS* engine, PairGran*, int6
                              "or off, no cohesion; for other models leave out `surface fast`")
                                 .c_str());
   return nullptr;
+}
+
+/// List the numbers of the implementations that this machine supports.
+std::string supported_kernels()
+{
+  std::string list;
+  for (const kernels::Implementation& each : kernels::implementations())
+    if (each.supported()) {
+      const std::string name = each.name;
+      list += (list.empty() ? "" : ", ") + name.substr(name.size() - 1) + " (" + name + ")";
+    }
+  return list;
 }
 
 }  // namespace
@@ -85,7 +98,7 @@ void PairGranFast::add_to_engine()
 }
 
 PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
-    : Pointers(engine), pair_(pair), hash_(hash), kernel_(pairs::best_kernel())
+    : Pointers(engine), pair_(pair), hash_(hash), kernel_(&kernels::best_implementation())
 {
   for (const char* tangential : tangential_models)
     for (const bool rolling : {false, true})
@@ -105,30 +118,28 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
       if (key == "tangential_damping")
         read_damping(list.word("on, off or bounded"));
       else if (key == "memory")
-        forget_apart_ = list.choice(key, "of_contact", "stock");
+        reset_on_separation_ = list.choice(key, "of_contact", "stock");
       else if (key == "precision")
         mixed_ = list.choice(key, "mixed", "double");
       else if (key == "check")
         check_every_ = list.count(key);
       else if (key == "kernel") {
-        const int level = list.count(key);
-        if (level < 2 || level > 4 || !pairs::runs(level))
-          throw std::invalid_argument(
-              "kernel: 2, 3 or 4 for x86-64-v2, v3, v4, as far as this "
-              "machine has it, got " +
-              std::to_string(level));
-        kernel_ = pairs::kernel(level);
+        const std::string level = std::to_string(list.count(key));
+        kernel_ = kernels::find_implementation("x86-64-v" + level);
+        if (!kernel_)
+          throw std::invalid_argument("kernel: got " + level + ", this machine supports " +
+                                      supported_kernels());
       } else
         throw std::invalid_argument(
             "unknown keyword '" + key +
             "'; accepted are tangential_damping, memory, precision, check, kernel; for other "
             "options leave out `surface fast`");
     }
-    mixed_ = mixed_ && kernel_.evaluate_mixed;  // else double: never less precise than asked for
+    mixed_ = mixed_ && kernel_->evaluate_mixed;  // x86-64-v2 has double precision only
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
   }
-  // Kept even without a tangential spring: the engine's lists then have one form.
+  // Also without a tangential spring, so that the engine's lists always have one form.
   history->add_history_value("shearx", "1");
   history->add_history_value("sheary", "1");
   history->add_history_value("shearz", "1");
@@ -145,19 +156,20 @@ void PairGranFast::read_damping(const std::string& word)
 
 void PairGranFast::init_granular()
 {
-  // The engine has just asked for lists it would build at every turn; we have our own.
+  // Cancel the engine's requests for lists, which it would build at every rebuild.
   while (neighbor->nrequest > 0 &&
          neighbor->requests[neighbor->nrequest - 1]->requestor == static_cast<void*>(pair_))
     delete neighbor->requests[--neighbor->nrequest];
-  if (pair_->dnum() == 0)  // made by read_restart, which knows no settings
+  if (pair_->dnum() == 0)  // made by read_restart, without settings
     error->all(
         FLERR,
         (std::string(style_name) + ": repeat the pair_style command after read_restart").c_str());
-  refuse_what_is_not_covered();
+  require_covered();
   damping_ = terms_.limited_damping ? own_fix<FixContactDamping>("contact_damping") : nullptr;
-  margins_ = own_fix<FixPairMargins>("pair_margins");
+  skin_ = own_fix<FixAdaptiveSkin>("pair_margins");
   ledger_ = first_fix<FixMillLedger>(modify);
-  memories_ = static_cast<FixPairMemories*>(pair_->get_fix_history());  // so for all, by its style
+  history_ =
+      static_cast<FixPairContactHistory*>(pair_->get_fix_history());  // so for all, by its style
   try {
     laws_ = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
     if (tangential_ == "no_history") refuse_friction_of_balls();
@@ -166,7 +178,7 @@ void PairGranFast::init_granular()
   }
 }
 
-/// A fix of ours, made at the first run.
+/// Return a fix of this pair style, created at the first run.
 template <class Style>
 Style* PairGranFast::own_fix(const char* name)
 {
@@ -176,7 +188,7 @@ Style* PairGranFast::own_fix(const char* name)
   return static_cast<Style*>(modify->fix[modify->find_fix(id.data())]);
 }
 
-/// Without memory there is no spring; ours is right then only where no friction acts at all.
+/// Refuse friction without history: the kernels have no tangential force without a spring.
 void PairGranFast::refuse_friction_of_balls()
 {
   const int types = atom->ntypes;
@@ -191,7 +203,7 @@ void PairGranFast::refuse_friction_of_balls()
             "balls; use `history`, or leave out `surface fast`");
 }
 
-void PairGranFast::refuse_what_is_not_covered()
+void PairGranFast::require_covered()
 {
   const auto refuse = [&](bool there, const std::string& what) {
     if (there)
@@ -215,13 +227,13 @@ void PairGranFast::refuse_what_is_not_covered()
   refuse(neighbor->includegroup != 0, "neigh_modify include");
 }
 
-pairs::Balls PairGranFast::balls() const
+millscale::neighbor::Particles PairGranFast::particles() const
 {
   const auto rows = [](double** field) {
     return reinterpret_cast<const double(*)[3]>(field ? field[0] : nullptr);
   };
   return {rows(atom->x), rows(atom->v), rows(atom->omega), atom->radius,
-          atom->rmass,   atom->type,    atom->nlocal,      atom->nlocal + atom->nghost};
+          atom->rmass,   atom->type,    atom->nlocal,      atom->nghost};
 }
 
 void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
@@ -236,70 +248,63 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
     build_list();
     timer->stamp(TIME_NEIGHBOR);
   }
-  const pairs::Balls now = balls();
-  const pairs::Rows rows = rows_.rows();
-  pairs::HalfList& list = memories_->list();
-  const pairs::Task task{now,
-                         &rows,
-                         list.entries,
-                         list.own.data(),
-                         list.other.data(),
-                         list.touching.data(),
-                         list.displacement.data(),
-                         laws_.data(),
-                         atom->ntypes,
-                         only_type_,
-                         terms_,
-                         update->dt,
-                         pair_->computeflag() && pair_->shearupdate(),
-                         forget_apart_,
-                         reinterpret_cast<double(*)[3]>(atom->f[0]),
-                         reinterpret_cast<double(*)[3]>(atom->torque[0]),
-                         damping_ ? damping_->up_to_date() : nullptr};
-  if (task.balls.owned > 0 && ledger_)
-    pairs::v2::evaluate(task, ledger_->between_balls());
-  else if (task.balls.owned > 0)
-    (mixed_ ? kernel_.evaluate_mixed : kernel_.evaluate)(task);
+  const kernels::Rows rows = rows_.rows();
+  millscale::neighbor::PairList& list = history_->list();
+  const kernels::Task task{
+      particles(),
+      &rows,
+      {list.entries, list.own.data(), list.other.data(), list.touching.data(),
+       list.displacement.data()},
+      {laws_.data(), atom->ntypes, only_type_},
+      terms_,
+      {update->dt, pair_->computeflag() && pair_->shearupdate(), reset_on_separation_},
+      {reinterpret_cast<double(*)[3]>(atom->f[0]), reinterpret_cast<double(*)[3]>(atom->torque[0]),
+       damping_ ? damping_->up_to_date() : nullptr}};
+  if (task.particles.nlocal > 0 && ledger_)
+    kernels::evaluate_with_budget(task, ledger_->between_balls());
+  else if (task.particles.nlocal > 0)
+    (mixed_ ? kernel_->evaluate_mixed : kernel_->evaluate)(task);
   if (check_every_ > 0 && update->ntimestep % check_every_ == 0) check_list();
 }
 
 void PairGranFast::check_list()
 {
-  const auto missed = pairs::missed_contact(memories_->list(), balls());
+  const auto missed = millscale::neighbor::missed_contact(history_->list(), particles());
   if (!missed) return;
   const std::string pair =
       std::to_string(atom->tag[missed->i]) + " and " + std::to_string(atom->tag[missed->j]);
   millscale::EndRun(lmp).because(
       std::string(style_name) + ": check: at step " + std::to_string(update->ntimestep) +
       " balls " + pair + " overlap by " + millscale::format(missed->overlap) + " m and " +
-      (missed->listed ? "count as apart" : "are no pair of the neighbour list") +
+      (missed->listed ? "count as separated" : "are no pair of the neighbour list") +
       "; neigh_modify must check distances at every step");
 }
 
 void PairGranFast::build_list()
 {
-  if (neighbor->exclude_setting())  // known to the engine only now
+  if (neighbor->exclude_setting())  // the engine knows only now
     error->all(FLERR, (std::string(style_name) +
                        " does not cover neigh_modify exclude; leave out `surface fast`")
                           .c_str());
-  const pairs::Balls now = balls();
-  only_type_ = now.all > 0 ? now.type[0] : 0;
-  if (std::any_of(now.type, now.type + now.all, [&](int t) { return t != only_type_; }))
+  const millscale::neighbor::Particles now = particles();
+  only_type_ = now.total() > 0 ? now.type[0] : 0;
+  if (std::any_of(now.type, now.type + now.total(), [&](int t) { return t != only_type_; }))
     only_type_ = 0;
-  pairs::HalfList& list = memories_->next_list();
-  pairs::build(list, grid_, now, margins_->at_birth(now, grid_, by_places()),
-               kernel_.list_partners);
-  rows_.for_balls(now.all, mixed_ && !ledger_);
-  memories_->take_on(now, pair_);
+  millscale::neighbor::PairList& list = history_->next_list();
+  millscale::neighbor::build(list, grid_, now, skin_->at_build(now, grid_, by_position_only()),
+                             kernel_->list_partners);
+  rows_.resize(now.total(), mixed_ && !ledger_);
+  history_->take_over_history(now, pair_);
   if (ledger_) ledger_->between_balls().begin_list(list.touching.data(), list.entries);
 }
 
-/// A run that goes on from a restart file must have the lists of the one that wrote it, but speeds
-/// at its set-up are not those in the midst of the step. Stock memories last as long as a list.
-bool PairGranFast::by_places() const
+/// Return whether the list may depend on positions only. A run from a restart file needs the lists
+/// of the run that wrote it, but velocities at set-up differ from those within the step. The
+/// engine's contact histories last as long as a list.
+bool PairGranFast::by_position_only() const
 {
-  return update->setupflag || output->restart_requested(update->ntimestep) || !forget_apart_ ||
-         domain->box_change;
+  return update->setupflag || output->restart_requested(update->ntimestep) ||
+         !reset_on_separation_ || domain->box_change;
 }
 
 void PairGranFast::write_restart_settings(FILE* file)

@@ -16,7 +16,7 @@ namespace LAMMPS_NS {
 /// Options and limits: docs/reference/styles.md.
 class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected Pointers {
  public:
-  /// Makes the model known to the engine; before any deck is read.
+  /// Register the model with the engine, before a deck is read.
   static void add_to_engine();
 
   PairGranFast(class LAMMPS*, class PairGran*, int64_t hash);
@@ -33,31 +33,31 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   bool contact_match(const std::string type, const std::string model) override;
 
  private:
-  void refuse_what_is_not_covered();
+  void require_covered();
   void refuse_friction_of_balls();
   void read_damping(const std::string&);
   template <class Style>
   Style* own_fix(const char* id);
-  bool by_places() const;
+  bool by_position_only() const;
   void build_list();
   void check_list();
-  millscale::pairs::Balls balls() const;
+  millscale::neighbor::Particles particles() const;
 
   class PairGran* pair_;
   int64_t hash_;
   std::string tangential_;
   millscale::contact::ContactTerms terms_;
   class FixContactDamping* damping_ = nullptr;
-  class FixPairMargins* margins_ = nullptr;
-  class FixPairMemories* memories_ = nullptr;
-  class FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
-  bool forget_apart_ = true;
+  class FixAdaptiveSkin* skin_ = nullptr;
+  class FixPairContactHistory* history_ = nullptr;
+  class FixMillLedger* ledger_ = nullptr;  ///< the energy budget, if there is one
+  bool reset_on_separation_ = true;
   bool mixed_ = false;
-  int check_every_ = 0;  ///< steps from search to search for missed contacts; 0: never
-  millscale::pairs::Kernel kernel_;
+  int check_every_ = 0;  ///< steps between searches for missed contacts; 0: never
+  const millscale::kernels::Implementation* kernel_;
   std::vector<millscale::contact::ContactLaw<double>> laws_;
-  millscale::pairs::RowStore rows_;
-  millscale::pairs::CellGrid grid_;
+  millscale::kernels::RowStore rows_;
+  millscale::neighbor::CellGrid grid_;
   int only_type_ = 0;
 };
 

@@ -37,8 +37,8 @@ using millscale::Vector;
 namespace {
 
 // Checking walls and overlaps takes a third of a step (docs/results/performance.md), so 0.3 % at
-// every 100th step. The paper's mill turns by 0.02 rad in the meantime. A run that goes wrong has such
-// overlaps at all times; a single impact that is over in less may pass unseen.
+// every 100th step. The paper's mill turns by 0.02 rad in the meantime. A run that goes wrong has
+// such overlaps at all times; a single impact that is over in less may pass unseen.
 constexpr int default_every = 100;
 // Speeds carry balls away and turn into NaNs, so they are looked at more often; a look takes 1 % of
 // our step. A step with the engine's mesh wall is several times as long, and that wall aborts

@@ -384,11 +384,11 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
   }
   if (!ledger_) return;
   const contact::EvaluatedContact evaluated(on_wall, result);
-  millscale::ledger::ContactSums& sums = ledger_->on_wall();
+  millscale::energy::ContactSums& sums = ledger_->on_wall();
   sums.store(evaluated, 1.0, dt > 0.0);
   const Vector spin = contact.turns ? mill.omega : Vector{};
   sums.add_wall(i, evaluated, spin, millscale::cross(spin, arm));
-  if (!contact.met && dt > 0.0) sums.meet(evaluated.approach_energy(), 1.0);
+  if (!contact.met && dt > 0.0) sums.begin_contact(evaluated.approach_energy(), 1.0);
 }
 
 void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,

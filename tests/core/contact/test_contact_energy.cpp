@@ -15,7 +15,7 @@ using millscale::to_array;
 using millscale::Vector;
 using millscale::vector3;
 using millscale::Vector3;
-namespace ledger = millscale::ledger;
+namespace energy = millscale::energy;
 
 constexpr double radius = 0.02, mass = 0.09, inertia = 0.4 * mass * radius * radius;
 constexpr double young = 3.3e7, shear = 7.0e6;
@@ -31,16 +31,16 @@ struct Ball {
   Loads loads{};
 };
 
-/// Two equal balls that meet along x, by the engine's steps; and the account of their energy.
+/// Two equal balls that meet along x, by the engine's steps; and their energy budget.
 struct Collision {
   double restitution, sliding, rolling_friction, dt;
   ContactTerms terms{};
   double hardness = 1.0;  ///< factor of both moduli
   Ball i{{0.0, 0.0, 0.0}, {-0.5 * head_on, 0.0, 0.0}};
   Ball j{{-2.0 * radius - 1e-12, 0.0, 0.0}, {0.5 * head_on, 0.0, 0.0}};
-  Vector3<double> memory{0.0, 0.0, 0.0};
-  ledger::WorkSums work{};
-  ledger::Stored stored{};
+  Vector3<double> displacement{0.0, 0.0, 0.0};
+  energy::WorkSums work{};
+  energy::Stored stored{};
   double slip = 0.0, touched = 0.0;
 
   double kinetic() const
@@ -80,13 +80,13 @@ struct Collision {
     pair.velocity = vector3(i.velocity) - vector3(j.velocity);
     pair.spin_i = vector3(i.spin);
     pair.spin_j = vector3(j.spin);
-    pair.displacement = memory;
+    pair.displacement = displacement;
     if (!(pair.r2 < 4.0 * radius * radius)) return;
     const auto law = contact_law({hardness * young, hardness * shear, damping_factor(restitution),
                                   sliding, rolling_friction});
     const auto contact = contact_of(pair);
     const auto force = contact_force(contact, law, terms, dt, true);
-    memory = force.displacement;
+    displacement = force.displacement;
     const EvaluatedContact evaluated(contact, force);
     evaluated.add_loads_on_i(i.loads);
     evaluated.add_loads_on_j(j.loads);
@@ -95,9 +95,9 @@ struct Collision {
     touched += dt;
   }
 
-  ledger::Works powers(double shift) const
+  energy::Works powers(double shift) const
   {
-    ledger::Works sum;
+    energy::Works sum;
     for (const Ball* b : {&i, &j}) {
       Vector v, w;
       for (int d = 0; d < 3; ++d) {
@@ -105,7 +105,7 @@ struct Collision {
         w[d] = b->spin[d] + shift / inertia * total(*b, 3)[d];
       }
       for (int k = 0; k < works; ++k)
-        sum.on_balls[ledger::ball_ball][k] += power(b->loads[k], v, w);
+        sum.on_balls[energy::ball_ball][k] += power(b->loads[k], v, w);
     }
     return sum;
   }
@@ -120,23 +120,23 @@ struct Collision {
     work.step(powers(-0.25 * dt), powers(0.25 * dt), dt);
   }
 
-  /// Until they are apart.
-  void meet()
+  /// Step until the balls separate.
+  void collide()
   {
     do step();
     while (stored.normal > 0.0);
   }
 
-  ledger::PairingTerms terms_now() const
+  energy::PairingTerms terms_now() const
   {
-    return ledger::terms_of(work.done.on_balls[ledger::ball_ball], {}, stored, slip);
+    return energy::terms_of(work.done.on_balls[energy::ball_ball], {}, stored, slip);
   }
 };
 
 double work_of_all(const Collision& c)
 {
   double sum = 0.0;
-  for (const double w : c.work.done.on_balls[ledger::ball_ball]) sum += w;
+  for (const double w : c.work.done.on_balls[energy::ball_ball]) sum += w;
   return sum;
 }
 
@@ -157,7 +157,7 @@ TEST(ContactEnergy, KickByKickTheWorkIsTheChangeOfKineticEnergy)
   c.i.spin = {5.0, -20.0, 40.0};
   c.j.spin = {-9.0, 3.0, 7.0};
   const double before = c.kinetic();
-  c.meet();
+  c.collide();
   // Two sums of some hundred numbers of this size.
   EXPECT_NEAR(work_of_all(c), c.kinetic() - before, 1e-13 * before);
   EXPECT_LT(c.kinetic(), 0.9 * before);
@@ -179,7 +179,7 @@ TEST(ContactEnergy, AnElasticContactStoresTheEnergyAndGivesItBack)
   } while (c.stored.normal > 0.0);
   // Its largest is met within half a step, where energy falls with the square of the way.
   EXPECT_NEAR(most, impact_energy, 2.0 * bound * impact_energy);
-  const ledger::PairingTerms t = c.terms_now();
+  const energy::PairingTerms t = c.terms_now();
   EXPECT_EQ(t.dissipated_normal, 0.0);
   EXPECT_EQ(t.dissipated_tangential, 0.0);
   EXPECT_NEAR(t.spring_error, 0.0, bound * impact_energy);
@@ -189,8 +189,8 @@ TEST(ContactEnergy, ADampedImpactDissipatesOneMinusTheSquareOfRestitution)
 {
   for (const double e : {0.1, 0.5, 0.9}) {
     Collision c{e, 0.5, 0.0, duration() / 1000.0};
-    c.meet();
-    const ledger::PairingTerms t = c.terms_now();
+    c.collide();
+    const energy::PairingTerms t = c.terms_now();
     // The lag of the dashpot, e ln(e)^2 dt / (2 t_c) of e, and a contact that begins up to a step
     // late: v dt is 0.003 of the overlap, x^(5/4) of half the loss in e.
     const double loss = -std::log(e);
@@ -212,8 +212,8 @@ TEST(ContactEnergy, ABallThatSlidesAllAlongLosesItsWorkToSlip)
   c.hardness = 1e3;  // lasts 1/16 as long
   c.i.velocity[1] = 1.5;
   const double before = c.kinetic();
-  c.meet();
-  const ledger::PairingTerms t = c.terms_now();
+  c.collide();
+  const energy::PairingTerms t = c.terms_now();
   const double impulse = 0.1 * 1.8 * 0.5 * mass * head_on;
   // Speed of the surfaces falls by impulse (1/m* + 2 R^2 / I) on the way: 7/2 of 1/m*.
   const double slows = impulse * 3.5 / (0.5 * mass);
@@ -269,9 +269,9 @@ TEST(ContactEnergy, LoadsByKindAddUpToForceAndTorques)
       EXPECT_NEAR(sum[3], tj[d], 1e-12 * size_of(tj));
     }
     // The spring's part is the spring's, so what else there is is the dashpot's, divided or not.
-    const Vector memory = to_array(forces.displacement);
+    const Vector displacement = to_array(forces.displacement);
     for (int d = 0; d < 3; ++d)
-      EXPECT_NEAR(on_i[tangential_spring][d], -forces.tangential_stiffness * memory[d],
+      EXPECT_NEAR(on_i[tangential_spring][d], -forces.tangential_stiffness * displacement[d],
                   1e-12 * size_of(f));
     // What slips is not damped.
     EXPECT_TRUE(forces.slip == 0.0 || size_of(to_array(forces.tangential_damping_force)) == 0.0);
@@ -312,7 +312,7 @@ TEST(ContactEnergy, OfAWallIsThatOfItsForce)
   }
 }
 
-TEST(ContactEnergy, OfAnApproachIsThatOfTheNormalSpeedAndNoneWhenTheyPart)
+TEST(ContactEnergy, OfAnApproachIsThatOfTheNormalSpeedAndZeroAtSeparation)
 {
   const auto approach = [](double normal_speed) {
     Contact<double> contact{};

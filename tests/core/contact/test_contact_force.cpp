@@ -25,7 +25,7 @@ ContactForce<double> force_of(const BallPair<double>& pair, const ContactTerms& 
 
 /// Two unequal balls that overlap by 2 % to 20 % of the smaller radius, so that the overlap, a
 /// difference of lengths fifty times as large, is known to 1e-14.
-BallPair<double> random_pair(unsigned seed, double memory = 1e-4)
+BallPair<double> random_pair(unsigned seed, double displacement = 1e-4)
 {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -46,7 +46,7 @@ BallPair<double> random_pair(unsigned seed, double memory = 1e-4)
   pair.velocity = triple(0.3);
   pair.spin_i = triple(10.0);
   pair.spin_j = triple(10.0);
-  pair.displacement = triple(memory);
+  pair.displacement = triple(displacement);
   pair.damping_share = share(random);
   return pair;
 }
@@ -84,15 +84,15 @@ void expect_equal_to_written_out(const BallPair<double>& pair, const EffectiveMa
   expect_close(got.displacement, expected.displacement, 1e-12);
 }
 
-/// Whether the contact slips, by the written-out law: its memory is cut to Coulomb's limit.
+/// Whether the contact slips, by the written-out law: its displacement is cut to Coulomb's limit.
 bool slips(const BallPair<double>& pair, const EffectiveMaterial& law)
 {
   EffectiveMaterial sticking = law;
   sticking.sliding = 1e9;
-  const auto memory = [&](const EffectiveMaterial& m) {
+  const auto displacement = [&](const EffectiveMaterial& m) {
     return written_out::size(written_out::pair_force(pair, m, {}, dt, true).displacement);
   };
-  return memory(law) < 0.999 * memory(sticking);
+  return displacement(law) < 0.999 * displacement(sticking);
 }
 
 TEST(ContactForce, IsTheWrittenOutLawStickingAndSlipping)

@@ -55,7 +55,7 @@ Impact impact(double restitution, const Friction& friction, double speed, double
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, restitution);
   const double inertia = 0.4 * pair.mass * ball_radius * ball_radius;
-  Vector v{speed * std::sin(incidence), -speed * std::cos(incidence), 0.0}, w{}, memory{};
+  Vector v{speed * std::sin(incidence), -speed * std::cos(incidence), 0.0}, w{}, displacement{};
   double height = ball_radius;
   Vector force{}, torque{};
   Impact result{{}, {}, 0.0};
@@ -68,7 +68,7 @@ Impact impact(double restitution, const Friction& friction, double speed, double
     height += dt * v[1];
     if (height >= ball_radius) break;
     const auto on_ball =
-        wall_force(pair, friction, {ball_radius - height, {0.0, 1.0, 0.0}, v, w}, dt, memory);
+        wall_force(pair, friction, {ball_radius - height, {0.0, 1.0, 0.0}, v, w}, dt, displacement);
     force = millscale::to_array(on_ball.force);
     torque = millscale::to_array(on_ball.torque_i);
     for (int d = 0; d < 3; ++d) {
@@ -93,15 +93,15 @@ TEST(WallContact, ElasticImpactReachesHertzOverlapAndDuration)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 1.0);
   const double dt = 1e-6, speed = 2.0;
-  Vector memory{}, v{0.0, -speed, 0.0};
+  Vector displacement{}, v{0.0, -speed, 0.0};
   double height = ball_radius, deepest = 0.0, time = 0.0;
   double force = 0.0;
   do {
     v[1] += 0.5 * dt * force / pair.mass;
     height += dt * v[1];
     if (height >= ball_radius) break;
-    force =
-        wall_force(pair, {0.0, 0.0}, {ball_radius - height, {0, 1, 0}, v, {}}, dt, memory).force.y;
+    force = wall_force(pair, {0.0, 0.0}, {ball_radius - height, {0, 1, 0}, v, {}}, dt, displacement)
+                .force.y;
     v[1] += 0.5 * dt * force / pair.mass;
     deepest = std::max(deepest, ball_radius - height);
     time += dt;
@@ -140,36 +140,37 @@ TEST(WallContact, GrossSlidingFollowsTheClosedForm)
 TEST(WallContact, RollingFrictionOpposesTheSpinAndIgnoresTwist)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 0.2);
-  Vector memory{};
+  Vector displacement{};
   const double overlap = 1e-4;
   const Touch rolling{overlap, {0, 1, 0}, {0, 0, 0}, {0, 0, 3.0}};
   const double elastic = coefficients(pair, overlap).normal_stiffness * overlap;
-  const auto without = wall_force(pair, {0.0, 0.0}, rolling, 1e-5, memory).torque_i;
-  const auto with = wall_force(pair, {0.0, 0.01}, rolling, 1e-5, memory).torque_i;
+  const auto without = wall_force(pair, {0.0, 0.0}, rolling, 1e-5, displacement).torque_i;
+  const auto with = wall_force(pair, {0.0, 0.01}, rolling, 1e-5, displacement).torque_i;
   EXPECT_NEAR(with.z - without.z, -0.01 * elastic * ball_radius, 1e-12 * elastic);
 
   const Touch twisting{overlap, {0, 1, 0}, {0, 0, 0}, {0, 3.0, 0}};
-  const auto twist = wall_force(pair, {0.5, 0.01}, twisting, 1e-5, memory).torque_i;
+  const auto twist = wall_force(pair, {0.5, 0.01}, twisting, 1e-5, displacement).torque_i;
   EXPECT_NEAR(twist.y, 0.0, 1e-15);
 }
 
-TEST(WallContact, AtSetUpTheMemoryIsUsedAndNotChanged)
+TEST(WallContact, AtSetUpTheDisplacementIsUsedAndNotChanged)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 0.2);
   const Touch sliding{1e-4, {0, 1, 0}, {0.3, 0, 0}, {}};
-  Vector memory{-2e-6, 0.0, 0.0};
-  const Vector before = memory;
-  wall_force(pair, {0.5, 0.0}, sliding, 0.0, memory);
-  EXPECT_EQ(memory, before);
-  wall_force(pair, {0.5, 0.0}, sliding, 1e-6, memory);
-  EXPECT_NE(memory, before);
+  Vector displacement{-2e-6, 0.0, 0.0};
+  const Vector before = displacement;
+  wall_force(pair, {0.5, 0.0}, sliding, 0.0, displacement);
+  EXPECT_EQ(displacement, before);
+  wall_force(pair, {0.5, 0.0}, sliding, 1e-6, displacement);
+  EXPECT_NE(displacement, before);
 }
 
 TEST(WallContact, SlidingForceIsCoulombs)
 {
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, 1.0);
-  Vector memory{1e-3, 0.0, 0.0};  // far beyond the limit
-  const auto on_ball = wall_force(pair, {0.5, 0.0}, {1e-4, {0, 1, 0}, {1, 0, 0}, {}}, 1e-6, memory);
+  Vector displacement{1e-3, 0.0, 0.0};  // far beyond the limit
+  const auto on_ball =
+      wall_force(pair, {0.5, 0.0}, {1e-4, {0, 1, 0}, {1, 0, 0}, {}}, 1e-6, displacement);
   EXPECT_NEAR(on_ball.force.x, -0.5 * on_ball.force.y, 1e-12 * on_ball.force.y);
 }
 

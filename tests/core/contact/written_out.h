@@ -58,24 +58,25 @@ inline Forces pair_force(const millscale::contact::BallPair<double>& touch,
   const double approach = -dot(vector(touch.velocity), normal);
   const double pushing = k.normal_stiffness * overlap + k.normal_damping * approach;
 
-  Vector tangential{}, memory = vector(touch.displacement);
+  Vector tangential{}, displacement = vector(touch.displacement);
   double sticking = 0.0;
   if (terms.history) {
     const Vector sliding = across(surfaces, normal);
-    if (advance) memory = across(sum(memory, dt, sliding), normal);
-    const double spring = k.tangential_stiffness * size(memory);
+    if (advance) displacement = across(sum(displacement, dt, sliding), normal);
+    const double spring = k.tangential_stiffness * size(displacement);
     const double coulomb = law.sliding * std::abs(pushing);
     if (spring <= coulomb) {
-      tangential = sum({}, -k.tangential_stiffness, memory);
+      tangential = sum({}, -k.tangential_stiffness, displacement);
       if (terms.tangential_damping) sticking = k.tangential_damping;
       const double divisor = terms.limited_damping ? 1.0 + touch.damping_share : 1.0;
       tangential = sum(tangential, -sticking / divisor, sliding);
     } else {
-      tangential = sum({}, -coulomb / size(memory), memory);
-      if (advance) memory = sum({}, -1.0 / k.tangential_stiffness, tangential);
+      tangential = sum({}, -coulomb / size(displacement), displacement);
+      if (advance) displacement = sum({}, -1.0 / k.tangential_stiffness, tangential);
     }
   }
-  Forces result{sum(tangential, pushing, normal), cross(to_i, tangential), {}, memory, sticking};
+  Forces result{
+      sum(tangential, pushing, normal), cross(to_i, tangential), {}, displacement, sticking};
   result.torque_j = cross(to_j, sum({}, -1.0, tangential));
   const Vector turning = sum(wi, -1.0, wj);
   if (terms.rolling && size(turning) > 0.0) {

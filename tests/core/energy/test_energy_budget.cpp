@@ -8,7 +8,7 @@
 
 namespace {
 
-using namespace millscale::ledger;
+using namespace millscale::energy;
 namespace contact = millscale::contact;
 
 TEST(ImpactSpectrum, AnEnergyLiesBetweenTheEdgesOfItsBin)
@@ -33,10 +33,10 @@ TEST(ImpactSpectrum, TheEndsTakeWhatIsBeyond)
 TEST(ContactSums, ImpactsOfTheWindowGoToTheSpectrumAndAllToTheSums)
 {
   ContactSums sums;
-  sums.meet(1e-3, 1.0);
+  sums.begin_contact(1e-3, 1.0);
   sums.in_window = true;
-  sums.meet(1e-3, 0.5);
-  sums.meet(0.0, 1.0);  // they part
+  sums.begin_contact(1e-3, 0.5);
+  sums.begin_contact(0.0, 1.0);  // they separate
   EXPECT_DOUBLE_EQ(sums.impacts, 1.5);
   EXPECT_DOUBLE_EQ(sums.impact_energy, 1.5e-3);
   const int bin = ImpactSpectrum::bin_of(1e-3);
@@ -44,16 +44,16 @@ TEST(ContactSums, ImpactsOfTheWindowGoToTheSpectrumAndAllToTheSums)
   EXPECT_DOUBLE_EQ(sums.spectrum.energy_sum[bin], 0.5e-3);
 }
 
-TEST(PairSums, APairMeetsOnceUntilItParts)
+TEST(PairSums, AContactBeginsOnceUntilSeparation)
 {
   PairSums sums;
   const int touching[] = {1, 0};
   sums.begin_list(touching, 2);
-  EXPECT_FALSE(sums.first_touch(0));  // carried over from the list before
-  EXPECT_TRUE(sums.first_touch(1));
-  EXPECT_FALSE(sums.first_touch(1));
-  sums.apart(1);
-  EXPECT_TRUE(sums.first_touch(1));
+  EXPECT_FALSE(sums.begins(0));  // carried over from the list before
+  EXPECT_TRUE(sums.begins(1));
+  EXPECT_FALSE(sums.begins(1));
+  sums.separated(1);
+  EXPECT_TRUE(sums.begins(1));
 }
 
 TEST(WorkSums, ARunInTwoPartsIsTheRunInOne)

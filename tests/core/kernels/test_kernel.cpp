@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "core/kernels/step.h"
+#include "core/kernels/evaluation.h"
 
 namespace {
 
-using namespace pair_step;
+using namespace kernel_test;
 
 void expect_close(const std::vector<std::array<double, 3>>& got,
                   const std::vector<std::array<double, 3>>& expected, double tolerance)
@@ -20,14 +20,14 @@ void expect_close(const std::vector<std::array<double, 3>>& got,
 /// 1e-16 of the distance; the tolerance, of the largest force, holds for overlaps that are not
 /// much below a hundredth of a radius where the force counts. A mixed kernel rounds each number to
 /// 6e-8; some twenty follow on each other in a force.
-void expect_as_naive(const Step& start, const Kernel& kernel)
+void expect_as_naive(const Evaluation& start, const Implementation& kernel)
 {
   const double rounding = is_mixed(kernel) ? 1.2e-6 : 1e-12,
                tolerance = is_mixed(kernel) ? 1.2e-6 : 1e-13;
-  Step step = start, naive = start;
+  Evaluation step = start, naive = start;
   step.with(kernel);
   naive.naively();
-  SCOPED_TRACE(kernel.level);
+  SCOPED_TRACE(kernel.name);
   expect_close(step.force, naive.force, tolerance);
   expect_close(step.torque, naive.torque, tolerance);
   EXPECT_EQ(step.list.touching, naive.list.touching);
@@ -37,14 +37,15 @@ void expect_as_naive(const Step& start, const Kernel& kernel)
     ASSERT_NEAR(step.list.displacement[k], naive.list.displacement[k], tolerance * 1e-4);
 }
 
-int touching(const Step& step)
+int touching(const Evaluation& step)
 {
   int count = 0;
-  for (int i = 0; i < step.cloud.owned(); ++i)
+  for (int i = 0; i < step.cloud.nlocal(); ++i)
     for (int entry = step.list.first[i]; entry < step.list.first[i] + step.list.partners[i];
          ++entry) {
       const int j = step.list.other[entry];
-      count += std::sqrt(step.apart_square(i, j)) < step.cloud.radius[i] + step.cloud.radius[j];
+      count +=
+          std::sqrt(step.separation_squared(i, j)) < step.cloud.radius[i] + step.cloud.radius[j];
     }
   return count;
 }
@@ -62,34 +63,41 @@ Cloud separate_pairs(int count, unsigned seed)
   return cloud;
 }
 
-TEST(Kernel, OfLevelTwoRunsOnAnyMachine)
+TEST(Implementation, ThePlainestRunsOnAnyMachineAndTheBestIsTheLastSupported)
 {
-  EXPECT_TRUE(runs(2));
-  EXPECT_FALSE(runs(1));
-  EXPECT_FALSE(runs(5));
-  int best = 2;
-  while (runs(best + 1)) ++best;
-  EXPECT_STREQ(best_kernel().level, kernel(best).level);
+  const auto& all = implementations();
+  EXPECT_TRUE(all.front().supported());
+  const Implementation* last = &all.front();
+  for (const Implementation& each : all)
+    if (each.supported()) last = &each;
+  EXPECT_EQ(&best_implementation(), last);
 }
 
-TEST(Kernel, OfEveryLevelIsTheNaiveLoop)
+TEST(Implementation, IsFoundByItsNameIfTheMachineSupportsIt)
 {
-  for (const Kernel& kernel : kernels()) {
-    expect_as_naive(Step(random_cloud({300, 0.3, 0.01, 0.03, 2}, 1)), kernel);
-    expect_as_naive(Step(random_cloud({300, 0.25}, 2)), kernel);  // one type: one law for all
+  for (const Implementation& each : implementations())
+    EXPECT_EQ(find_implementation(each.name), each.supported() ? &each : nullptr);
+  EXPECT_EQ(find_implementation("x86-64-v5"), nullptr);
+}
+
+TEST(Kernel, OfEveryImplementationIsTheNaiveLoop)
+{
+  for (const Implementation& kernel : kernels()) {
+    expect_as_naive(Evaluation(random_cloud({300, 0.3, 0.01, 0.03, 2}, 1)), kernel);
+    expect_as_naive(Evaluation(random_cloud({300, 0.25}, 2)), kernel);  // one type: one law for all
     Cloud second = random_cloud({300, 0.25}, 3);
     std::fill(second.type.begin(), second.type.end(), 2);
-    expect_as_naive(Step(second), kernel);
+    expect_as_naive(Evaluation(second), kernel);
   }
 }
 
 TEST(Kernel, TakesAnyNumberOfContacts)
 {
   // Past twice the widest block of 128 too.
-  for (const Kernel& kernel : kernels())
+  for (const Implementation& kernel : kernels())
     for (int count : {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12,  13,  14,  15, 16,
                       17, 23, 24, 25, 31, 32, 33, 39, 40, 63, 64, 65, 127, 128, 129, 300}) {
-      const Step start(separate_pairs(count, 100 + count));
+      const Evaluation start(separate_pairs(count, 100 + count));
       ASSERT_EQ(touching(start), count);
       SCOPED_TRACE(count);
       expect_as_naive(start, kernel);
@@ -98,39 +106,39 @@ TEST(Kernel, TakesAnyNumberOfContacts)
 
 TEST(Kernel, HasEveryChoiceOfTerms)
 {
-  for (const Kernel& kernel : kernels())
+  for (const Implementation& kernel : kernels())
     for (unsigned choice = 0; choice < 16; ++choice) {
-      Step start(random_cloud({150, 0.2, 0.01, 0.03, 2}, 4));
+      Evaluation start(random_cloud({150, 0.2, 0.01, 0.03, 2}, 4));
       start.terms = {bool(choice & 1), bool(choice & 2), bool(choice & 8), bool(choice & 4)};
       SCOPED_TRACE(choice);
       expect_as_naive(start, kernel);
     }
 }
 
-TEST(Kernel, BoundsTheDampingByThatOfTheStepBefore)
+TEST(Kernel, LimitsTheDampingByThatOfTheStepBefore)
 {
-  for (const Kernel& kernel : kernels()) {
-    Step free(random_cloud({150, 0.2}, 4));
+  for (const Implementation& kernel : kernels()) {
+    Evaluation free(random_cloud({150, 0.2}, 4));
     free.terms.rolling = false;
-    Step bounded = free, again = free;
-    bounded.terms.limited_damping = again.terms.limited_damping = true;
-    std::fill(bounded.damping.begin(), bounded.damping.end(), 0.0);
-    for (Step* step : {&free, &bounded, &again}) step->with(kernel);
-    EXPECT_EQ(bounded.force, free.force) << "without damping before there is nothing to bound";
+    Evaluation limited = free, again = free;
+    limited.terms.limited_damping = again.terms.limited_damping = true;
+    std::fill(limited.damping.begin(), limited.damping.end(), 0.0);
+    for (Evaluation* step : {&free, &limited, &again}) step->with(kernel);
+    EXPECT_EQ(limited.force, free.force) << "without damping before there is nothing to limit";
     EXPECT_NE(again.force, free.force);
-    EXPECT_GT(*std::max_element(bounded.damping.begin(), bounded.damping.end()), 0.0);
+    EXPECT_GT(*std::max_element(limited.damping.begin(), limited.damping.end()), 0.0);
   }
 }
 
 TEST(Kernel, GivesGhostsNoForceAndTheirPartnersAllOfIt)
 {
   const Cloud cloud = random_cloud({300, 0.25, 0.01, 0.03, 2, 120}, 5);
-  for (const Kernel& kernel : kernels()) {
-    const Step start(cloud);
+  for (const Implementation& kernel : kernels()) {
+    const Evaluation start(cloud);
     expect_as_naive(start, kernel);
-    Step step = start;
+    Evaluation step = start;
     step.with(kernel);
-    for (int j = cloud.owned(); j < cloud.all(); ++j)
+    for (int j = cloud.nlocal(); j < cloud.all(); ++j)
       for (int d = 0; d < 3; ++d) {
         EXPECT_EQ(step.force[j][d], 0.0);
         EXPECT_EQ(step.torque[j][d], 0.0);
@@ -140,10 +148,10 @@ TEST(Kernel, GivesGhostsNoForceAndTheirPartnersAllOfIt)
 
 TEST(Kernel, AddsToWhatIsThere)
 {
-  for (const Kernel& kernel : kernels()) {
-    Step once(random_cloud({100, 0.2}, 6));
+  for (const Implementation& kernel : kernels()) {
+    Evaluation once(random_cloud({100, 0.2}, 6));
     once.advance = false;
-    Step twice = once;
+    Evaluation twice = once;
     once.with(kernel);
     twice.with(kernel);
     twice.with(kernel);
@@ -159,8 +167,8 @@ TEST(Kernel, StartsFromBallsAtRest)
 {
   Cloud cloud = random_cloud({100, 0.2}, 7);
   for (int i = 0; i < cloud.all(); ++i) cloud.velocity[i] = cloud.spin[i] = {};
-  for (const Kernel& kernel : kernels()) {
-    Step start(cloud);
+  for (const Implementation& kernel : kernels()) {
+    Evaluation start(cloud);
     std::fill(start.list.displacement.begin(), start.list.displacement.end(), 0.0);
     expect_as_naive(start, kernel);
     start.with(kernel);
@@ -169,33 +177,33 @@ TEST(Kernel, StartsFromBallsAtRest)
   }
 }
 
-TEST(Kernel, ForgetsAContactThatPartedOnlyIfAsked)
+TEST(Kernel, ResetsTheHistoryAtSeparationOnlyIfAsked)
 {
-  for (const Kernel& kernel : kernels())
-    for (const bool forget : {true, false}) {
-      Step step(separate_pairs(20, 8));
-      step.forget_apart = forget;
+  for (const Implementation& kernel : kernels())
+    for (const bool reset : {true, false}) {
+      Evaluation step(separate_pairs(20, 8));
+      step.reset_on_separation = reset;
       expect_as_naive(step, kernel);
       const std::vector<double> before = step.list.displacement;
       step.with(kernel);
-      int parted = 0;
-      for (int pair = 1; pair < 40; pair += 2) {  // every second pair is apart
+      int separated = 0;
+      for (int pair = 1; pair < 40; pair += 2) {  // every second pair is separated
         const int entry = step.list.first[2 * pair];
         ASSERT_EQ(step.list.other[entry], 2 * pair + 1);
-        EXPECT_EQ(step.list.touching[entry], forget ? 0 : 1);
+        EXPECT_EQ(step.list.touching[entry], reset ? 0 : 1);
         for (int d = 0; d < 3; ++d)
-          EXPECT_EQ(step.list.displacement[3 * entry + d], forget ? 0.0 : before[3 * entry + d]);
-        ++parted;
+          EXPECT_EQ(step.list.displacement[3 * entry + d], reset ? 0.0 : before[3 * entry + d]);
+        ++separated;
       }
-      EXPECT_EQ(parted, 20);
+      EXPECT_EQ(separated, 20);
     }
 }
 
-TEST(Kernel, AtSetUpUsesMemoriesAndKeepsThem)
+TEST(Kernel, AtSetUpUsesHistoriesAndKeepsThem)
 {
-  for (const Kernel& kernel : kernels()) {
-    Step step(random_cloud({200, 0.25, 0.01, 0.03, 2}, 9));
-    step.advance = step.forget_apart = false;
+  for (const Implementation& kernel : kernels()) {
+    Evaluation step(random_cloud({200, 0.25, 0.01, 0.03, 2}, 9));
+    step.advance = step.reset_on_separation = false;
     expect_as_naive(step, kernel);
     const std::vector<double> before = step.list.displacement;
     step.with(kernel);
@@ -206,7 +214,7 @@ TEST(Kernel, AtSetUpUsesMemoriesAndKeepsThem)
 TEST(Kernel, GivesBallsThatBarelyTouchAFiniteForce)
 {
   // At a distance of the radii, give or take a few rounding errors, all kernels must agree with
-  // themselves whether the balls touch: an overlap below 0 has no square root.
+  // themselves whether the balls touch: an overlap below 0 has no r2 root.
   Cloud cloud;
   std::mt19937 random(12);
   std::normal_distribution<double> normal;
@@ -218,14 +226,14 @@ TEST(Kernel, GivesBallsThatBarelyTouchAFiniteForce)
     for (int d = 0; d < 3; ++d) here[d] += radii * n[d] / length;
     cloud.add(here, radii - 0.5 * radii);
   }
-  for (const Kernel& kernel : kernels()) {
-    Step step(cloud, 1e-4);
+  for (const Implementation& kernel : kernels()) {
+    Evaluation step(cloud, 1e-4);
     ASSERT_EQ(step.list.entries, 20000);
     step.with(kernel);
     for (const auto& row : step.force)
-      for (const double value : row) ASSERT_TRUE(std::isfinite(value)) << kernel.level;
+      for (const double value : row) ASSERT_TRUE(std::isfinite(value)) << kernel.name;
     for (const double value : step.list.displacement)
-      ASSERT_TRUE(std::isfinite(value)) << kernel.level;
+      ASSERT_TRUE(std::isfinite(value)) << kernel.name;
     EXPECT_LT(largest(step.force), 1e-9);
   }
 }

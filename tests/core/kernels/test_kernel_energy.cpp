@@ -1,43 +1,43 @@
 #include <gtest/gtest.h>
 
-#include "core/kernels/step.h"
+#include "core/kernels/evaluation.h"
 
 namespace {
 
-using namespace pair_step;
-using millscale::ledger::PairSums;
+using namespace kernel_test;
+using millscale::energy::PairSums;
 
 constexpr double mixed_edge = 0.16;
 
-Step mixed(int ghosts, unsigned seed = 7)
+Evaluation mixed(int ghosts, unsigned seed = 7)
 {
-  return Step(random_cloud({60, mixed_edge, 0.015, 0.025, 2, ghosts}, seed));
+  return Evaluation(random_cloud({60, mixed_edge, 0.015, 0.025, 2, ghosts}, seed));
 }
 
-TEST(KernelAccount, ChangesNoForceAndNoMemory)
+TEST(KernelBudget, ChangesNoForceAndNoHistory)
 {
-  for (const bool bounded : {false, true}) {
-    Step plain = mixed(15), account = mixed(15);
-    plain.terms.limited_damping = account.terms.limited_damping = bounded;
+  for (const bool limited : {false, true}) {
+    Evaluation plain = mixed(15), with_budget = mixed(15);
+    plain.terms.limited_damping = with_budget.terms.limited_damping = limited;
     PairSums sums;
-    plain.with(kernel(2));
-    account.with(kernel(2), &sums);
-    EXPECT_EQ(plain.force, account.force);
-    EXPECT_EQ(plain.torque, account.torque);
-    EXPECT_EQ(plain.damping, account.damping);
-    EXPECT_EQ(plain.list.displacement, account.list.displacement);
-    EXPECT_EQ(plain.list.touching, account.list.touching);
+    plain.with(implementations()[0]);
+    with_budget.with(implementations()[0], &sums);
+    EXPECT_EQ(plain.force, with_budget.force);
+    EXPECT_EQ(plain.torque, with_budget.torque);
+    EXPECT_EQ(plain.damping, with_budget.damping);
+    EXPECT_EQ(plain.list.displacement, with_budget.list.displacement);
+    EXPECT_EQ(plain.list.touching, with_budget.list.touching);
   }
 }
 
-TEST(KernelAccount, LoadsOfABallAddUpToItsForceAndTorque)
+TEST(KernelBudget, LoadsOfABallAddUpToItsForceAndTorque)
 {
-  Step step = mixed(15);
+  Evaluation step = mixed(15);
   PairSums sums;
-  step.with(kernel(2), &sums);
+  step.with(implementations()[0], &sums);
   const double force = largest(step.force), torque = largest(step.torque);
   ASSERT_GT(force, 0.0);
-  for (int i = 0; i < step.cloud.owned(); ++i)
+  for (int i = 0; i < step.cloud.nlocal(); ++i)
     for (int d = 0; d < 3; ++d) {
       double f = 0.0, t = 0.0;
       for (const auto& load : sums.loads[i]) {
@@ -51,16 +51,16 @@ TEST(KernelAccount, LoadsOfABallAddUpToItsForceAndTorque)
 
 /// Two ranks that each own half of the balls and see the others as ghosts say together what one
 /// rank says.
-TEST(KernelAccount, OfTwoRanksIsThatOfOne)
+TEST(KernelBudget, OfTwoRanksIsThatOfOne)
 {
   Cloud cloud = random_cloud({60, mixed_edge, 0.02, 0.02, 1}, 5);
   const auto of = [](Cloud balls, int ghosts) {
     balls.ghosts = ghosts;
-    Step step(balls);
+    Evaluation step(balls);
     std::fill(step.list.displacement.begin(), step.list.displacement.end(), 2e-5);
     std::fill(step.list.touching.begin(), step.list.touching.end(), 0);
     PairSums sums;
-    step.with(kernel(2), &sums);
+    step.with(implementations()[0], &sums);
     return sums;
   };
   Cloud other;  // the second half first
@@ -79,13 +79,13 @@ TEST(KernelAccount, OfTwoRanksIsThatOfOne)
   EXPECT_NEAR(first.normal_energy + second.normal_energy, one.normal_energy, e * one.normal_energy);
 }
 
-TEST(KernelAccount, AtSetUpNothingSlidesAndNothingMeets)
+TEST(KernelBudget, AtSetUpNothingSlidesAndNoContactBegins)
 {
-  Step step = mixed(0);
+  Evaluation step = mixed(0);
   std::fill(step.list.touching.begin(), step.list.touching.end(), 0);
   step.advance = false;
   PairSums sums;
-  step.with(kernel(2), &sums);
+  step.with(implementations()[0], &sums);
   EXPECT_GT(sums.normal_energy, 0.0);
   EXPECT_EQ(sums.slip, 0.0);
   EXPECT_EQ(sums.impacts, 0.0);

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "core/kernels/step.h"
+#include "core/kernels/evaluation.h"
 
 namespace {
 
-using namespace pair_step;
+using namespace kernel_test;
 
 /// Momentum and angular momentum about the origin of a cloud of balls, and the sums of their sizes.
 struct Momenta {
@@ -28,7 +28,7 @@ Momenta momenta(const Cloud& cloud)
 }
 
 /// Sum of the sizes of all balls' changes of momentum in a step.
-double impulses(const Step& step)
+double impulses(const Evaluation& step)
 {
   double sum = 0.0;
   for (const auto& force : step.force) sum += dt * written_out::size(force);
@@ -36,7 +36,7 @@ double impulses(const Step& step)
 }
 
 /// Velocities from forces, then positions from velocities: this keeps the angular momentum too.
-void move(Step& step, const Kernel& kernel)
+void move(Evaluation& step, const Implementation& kernel)
 {
   using written_out::sum;
   step.clear();
@@ -54,8 +54,8 @@ TEST(Momentum, IsConservedToRoundOffInACloudWithoutWalls)
 {
   // Each of 300 steps rounds the sum by 1e-16 of its terms, with either sign. Mixed kernels also
   // round what each ball gets from its contacts, of which it has up to a dozen; arms are below 1 m.
-  for (const Kernel& kernel : kernels()) {
-    Step step(random_cloud({300, 0.25, 0.01, 0.03, 2}, 10), 0.05);
+  for (const Implementation& kernel : kernels()) {
+    Evaluation step(random_cloud({300, 0.25, 0.01, 0.03, 2}, 10), 0.05);
     const Momenta before = momenta(step.cloud);
     const auto start = step.cloud.position;
     double rounded = 0.0;
@@ -68,9 +68,9 @@ TEST(Momentum, IsConservedToRoundOffInACloudWithoutWalls)
       return written_out::size(written_out::sum(a, -1.0, b));
     };
     EXPECT_LT(change(after.linear, before.linear), 300e-16 * after.linear_sizes + rounded)
-        << kernel.level;
+        << kernel.name;
     EXPECT_LT(change(after.angular, before.angular), 300e-16 * after.angular_sizes + rounded)
-        << kernel.level;
+        << kernel.name;
     EXPECT_GT(change(step.cloud.position[0], start[0]), 1e-3);
   }
 }

@@ -9,7 +9,7 @@
 #include "core/kernels/kernel.h"
 #include "core/neighbor/pair_list.h"
 
-/// Balls that own their arrays: the owned ones first, then ghosts.
+/// Balls with their arrays: local ones first, then ghosts.
 struct Cloud {
   std::vector<std::array<double, 3>> position, velocity, spin;
   std::vector<double> radius, mass;
@@ -26,15 +26,15 @@ struct Cloud {
     type.push_back(t);
   }
   int all() const { return static_cast<int>(radius.size()); }
-  int owned() const { return all() - ghosts; }
+  int nlocal() const { return all() - ghosts; }
 
-  millscale::pairs::Balls view() const
+  millscale::neighbor::Particles view() const
   {
     const auto rows = [](const std::vector<std::array<double, 3>>& field) {
       return reinterpret_cast<const double(*)[3]>(field.data());
     };
     return {rows(position), rows(velocity), rows(spin), radius.data(),
-            mass.data(),    type.data(),    owned(),    all()};
+            mass.data(),    type.data(),    nlocal(),   ghosts};
   }
 };
 
@@ -69,32 +69,33 @@ inline Cloud random_cloud(const CloudSize& size, unsigned seed)
 }
 
 /// Lists the pairs whose surfaces are within `gap` [m].
-inline void build_within(millscale::pairs::HalfList& list, millscale::pairs::CellGrid& grid,
+inline void build_within(millscale::neighbor::PairList& list, millscale::neighbor::CellGrid& grid,
                          const Cloud& cloud, double gap,
-                         millscale::pairs::ListPartners list_partners)
+                         millscale::neighbor::ListPartners list_partners)
 {
   grid.sort(cloud.view(), gap / 2);
-  const std::vector<double> margin(cloud.all(), gap / 2);
-  millscale::pairs::build(list, grid, cloud.view(), margin.data(), list_partners);
+  const std::vector<double> skin(cloud.all(), gap / 2);
+  millscale::neighbor::build(list, grid, cloud.view(), skin.data(), list_partners);
 }
 
-inline void build_within(millscale::pairs::HalfList& list, const Cloud& cloud, double gap,
-                         millscale::pairs::ListPartners list_partners)
+inline void build_within(millscale::neighbor::PairList& list, const Cloud& cloud, double gap,
+                         millscale::neighbor::ListPartners list_partners)
 {
-  millscale::pairs::CellGrid grid;
+  millscale::neighbor::CellGrid grid;
   build_within(list, grid, cloud, gap, list_partners);
 }
 
-/// Those this machine can run. Mixed kernels stand for a level's own: their `evaluate` is theirs.
-inline std::vector<millscale::pairs::Kernel> kernels()
+/// The implementations that this machine supports. Each mixed kernel is one more implementation,
+/// whose `evaluate` is the mixed one.
+inline std::vector<millscale::kernels::Implementation> kernels()
 {
-  std::vector<millscale::pairs::Kernel> found, mixed;
-  for (int level = 2; level <= 4; ++level)
-    if (millscale::pairs::runs(level)) found.push_back(millscale::pairs::kernel(level));
-  for (millscale::pairs::Kernel kernel : found)
+  std::vector<millscale::kernels::Implementation> found, mixed;
+  for (const auto& each : millscale::kernels::implementations())
+    if (each.supported()) found.push_back(each);
+  for (auto kernel : found)
     if (kernel.evaluate_mixed) {
       kernel.evaluate = kernel.evaluate_mixed;
-      kernel.level = "mixed";
+      kernel.name = "mixed";
       mixed.push_back(kernel);
     }
   found.insert(found.end(), mixed.begin(), mixed.end());

@@ -9,26 +9,27 @@
 
 namespace {
 
-using namespace millscale::pairs;
+using namespace millscale::kernels;
+using namespace millscale::neighbor;
 
-using Memory = std::array<double, 3>;
-/// On the ball of the first name, of its contact with that of the second.
-using Known = std::map<std::array<int, 2>, Memory>;
+using History = std::array<double, 3>;
+/// Contact history on the ball with the first tag, with the ball with the second tag.
+using Known = std::map<std::array<int, 2>, History>;
 
-/// A rank's balls with their names and list.
+/// A rank's balls with their tags and list.
 struct Rank {
   Cloud cloud;
   Tags tag;
-  HalfList list;
+  PairList list;
 
-  void make_list() { build_within(list, cloud, 0.004, best_kernel().list_partners); }
+  void make_list() { build_within(list, cloud, 0.004, best_implementation().list_partners); }
   template <class Visit>
   void for_entries(Visit visit)
   {
     for (int entry = 0; entry < list.entries; ++entry)
       visit(entry, list.own[entry], list.other[entry]);
   }
-  Memory memory(int entry) const
+  History history(int entry) const
   {
     const double* at = &list.displacement[3 * entry];
     return {at[0], at[1], at[2]};
@@ -52,52 +53,52 @@ Rank dense_rank()
   return rank;
 }
 
-/// Of both balls of every contact.
+/// Return the histories of both balls of every contact.
 Known known_of(Rank& rank)
 {
   Known known;
   rank.for_entries([&](int entry, int i, int j) {
     if (!rank.list.touching[entry]) return;
-    Memory memory = rank.memory(entry);
-    known[{rank.tag[i], rank.tag[j]}] = memory;
-    for (double& number : memory) number = -number;
-    known[{rank.tag[j], rank.tag[i]}] = memory;
+    History history = rank.history(entry);
+    known[{rank.tag[i], rank.tag[j]}] = history;
+    for (double& number : history) number = -number;
+    known[{rank.tag[j], rank.tag[i]}] = history;
   });
   return known;
 }
 
-/// The same balls in another order: owned ones first, of which `owned` have stayed so.
-Rank reordered(const Rank& old, const std::vector<int>& order, int owned)
+/// Return the same balls in another order, the first `nlocal` of them local.
+Rank reordered(const Rank& old, const std::vector<int>& order, int nlocal)
 {
   Rank rank;
   for (const int from : order) {
     rank.cloud.add(old.cloud.position[from], old.cloud.radius[from]);
     rank.tag.push_back(old.tag[from]);
   }
-  rank.cloud.ghosts = static_cast<int>(order.size()) - owned;
+  rank.cloud.ghosts = static_cast<int>(order.size()) - nlocal;
   rank.make_list();
   return rank;
 }
 
-/// Where the owned balls of the old list are in the new.
-std::vector<int> now(const Rank& old, const std::vector<int>& order, int owned)
+/// Return the new indices of the local balls of the old list.
+std::vector<int> now(const Rank& old, const std::vector<int>& order, int nlocal)
 {
-  std::vector<int> found(old.cloud.owned(), absent);
-  for (int i = 0; i < owned; ++i)
-    if (order[i] < old.cloud.owned()) found[order[i]] = i;
+  std::vector<int> found(old.cloud.nlocal(), absent);
+  for (int i = 0; i < nlocal; ++i)
+    if (order[i] < old.cloud.nlocal()) found[order[i]] = i;
   return found;
 }
 
 int expect_known(Rank& rank, const Known& known)
 {
-  int with_memory = 0;
+  int with_history = 0;
   rank.for_entries([&](int entry, int i, int j) {
     const auto one = known.find({rank.tag[i], rank.tag[j]});
     EXPECT_EQ(rank.list.touching[entry], one != known.end());
-    EXPECT_EQ(rank.memory(entry), one == known.end() ? Memory{} : one->second);
-    with_memory += one != known.end();
+    EXPECT_EQ(rank.history(entry), one == known.end() ? History{} : one->second);
+    with_history += one != known.end();
   });
-  return with_memory;
+  return with_history;
 }
 
 std::vector<int> shuffled(int count, unsigned seed)
@@ -108,56 +109,59 @@ std::vector<int> shuffled(int count, unsigned seed)
   return order;
 }
 
-TEST(Carry, MemoriesFollowTheirBallsWhateverTheirOrder)
+TEST(HistoryTransfer, HistoriesFollowTheirBallsWhateverTheirOrder)
 {
   Rank old = dense_rank();
   const Known known = known_of(old);
   std::vector<int> order = shuffled(220, 23), ghosts = shuffled(80, 24);
   for (const int ghost : ghosts) order.push_back(220 + ghost);
   Rank rank = reordered(old, order, 220);
-  carry(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(), rank.tag.data());
+  transfer_history(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(),
+                   rank.tag.data());
   EXPECT_GT(expect_known(rank, known), 400);
   int turned = 0;  // the other ball has the pair now: the test sees the sign
   rank.for_entries([&](int, int i, int j) {
     const int a = order[i], b = order[j];
-    if (b >= old.cloud.owned()) return;
+    if (b >= old.cloud.nlocal()) return;
     const int* begin = &old.list.other[old.list.first[a]];
     turned += std::find(begin, begin + old.list.partners[a], b) == begin + old.list.partners[a];
   });
   EXPECT_GT(turned, 50);
 }
 
-TEST(Carry, ABallThatHasLeftIsAGhostOfItsContacts)
+TEST(HistoryTransfer, ABallThatHasLeftIsAGhostOfItsContacts)
 {
   Rank old = dense_rank();
   const Known known = known_of(old);
   std::vector<int> order(300);
   std::iota(order.begin(), order.end(), 0);
   Rank rank = reordered(old, order, 180);  // 40 have left and come back as ghosts
-  carry(old.list, old.tag, now(old, order, 180), rank.list, rank.cloud.view(), rank.tag.data());
+  transfer_history(old.list, old.tag, now(old, order, 180), rank.list, rank.cloud.view(),
+                   rank.tag.data());
   EXPECT_GT(expect_known(rank, known), 300);
 }
 
-TEST(Carry, AGhostThatHasComeToStayBringsItsContactsWithThoseThatWereHere)
+TEST(HistoryTransfer, AGhostThatHasComeToStayBringsItsContactsWithThoseThatWereHere)
 {
   Rank old = dense_rank();
   const Known known = known_of(old);
   std::vector<int> order(300);
   std::iota(order.begin(), order.end(), 0);
   Rank rank = reordered(old, order, 260);
-  carry(old.list, old.tag, now(old, order, 260), rank.list, rank.cloud.view(), rank.tag.data());
+  transfer_history(old.list, old.tag, now(old, order, 260), rank.list, rank.cloud.view(),
+                   rank.tag.data());
   int of_newcomers = 0;
   rank.for_entries([&](int entry, int i, int j) {
     const bool has_come = i >= 220 && i < 260, had_come = j >= 220 && j < 260;
     if (has_come == had_come || !overlap(rank.cloud.view(), i, j)) return;
-    if (has_come) return;  // its own history tells: see fix contacthistory
-    EXPECT_EQ(rank.memory(entry), known.at({rank.tag[i], rank.tag[j]}));
+    if (has_come) return;  // its history arrives with it: see fix contacthistory
+    EXPECT_EQ(rank.history(entry), known.at({rank.tag[i], rank.tag[j]}));
     ++of_newcomers;
   });
   EXPECT_GT(of_newcomers, 30);
 }
 
-TEST(Carry, AContactThatAPeriodicEndCutsKeepsItsHistoryOnBothBalls)
+TEST(HistoryTransfer, AContactThatAPeriodicEndCutsKeepsItsHistoryOnBothBalls)
 {
   constexpr double length = 1.0;
   Rank old;
@@ -178,12 +182,12 @@ TEST(Carry, AContactThatAPeriodicEndCutsKeepsItsHistoryOnBothBalls)
   rank.cloud.ghosts = 2;
   rank.tag = {7, 8, 7, 8};
   rank.make_list();
-  carry(old.list, old.tag, {0, 1}, rank.list, rank.cloud.view(), rank.tag.data());
+  transfer_history(old.list, old.tag, {0, 1}, rank.list, rank.cloud.view(), rank.tag.data());
   EXPECT_EQ(rank.list.entries, 2);
   EXPECT_EQ(expect_known(rank, known), 2);
 }
 
-TEST(Carry, BallsThatPartForget)
+TEST(HistoryTransfer, SeparatedBallsHaveNone)
 {
   Rank old = dense_rank();
   std::vector<int> order(300);
@@ -191,37 +195,38 @@ TEST(Carry, BallsThatPartForget)
   Rank rank = reordered(old, order, 220);
   for (double& r : rank.cloud.radius) r *= 0.5;
   rank.make_list();
-  carry(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(), rank.tag.data());
+  transfer_history(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(),
+                   rank.tag.data());
   int listed_apart = 0;
   rank.for_entries([&](int entry, int i, int j) {
     if (overlap(rank.cloud.view(), i, j)) return;
     EXPECT_EQ(rank.list.touching[entry], 0);
-    EXPECT_EQ(rank.memory(entry), Memory{});
+    EXPECT_EQ(rank.history(entry), History{});
     ++listed_apart;
   });
   EXPECT_GT(listed_apart, 50);
 }
 
-TEST(Carry, BallsThatLeaveTakeTheirContactsAlongEachFromItsOwnSide)
+TEST(HistoryTransfer, BallsThatLeaveTakeTheirContactsAlongEachFromItsOwnSide)
 {
   Rank old = dense_rank();
   const Known known = known_of(old);
   std::vector<char> marked(220, 0);
   for (int i = 0; i < 220; i += 7) marked[i] = 1;
-  Known told;
-  for_memories_of(marked, old.list, old.tag,
-                  [&](int ball, int name, const double* memory, double sign) {
-                    EXPECT_TRUE(marked[ball]);
-                    const Memory on_ball{sign * memory[0], sign * memory[1], sign * memory[2]};
-                    EXPECT_TRUE(told.insert({{old.tag[ball], name}, on_ball}).second) << "twice";
-                  });
+  Known visited;
+  for_each_history_of(
+      marked, old.list, old.tag, [&](int ball, int tag, const double* history, double sign) {
+        EXPECT_TRUE(marked[ball]);
+        const History on_ball{sign * history[0], sign * history[1], sign * history[2]};
+        EXPECT_TRUE(visited.insert({{old.tag[ball], tag}, on_ball}).second) << "twice";
+      });
   Known wanted;
-  for (const auto& [names, memory] : known) {
-    const int ball = names[0] - 1000;
-    if (ball < 220 && marked[ball]) wanted[names] = memory;
+  for (const auto& [tags, history] : known) {
+    const int ball = tags[0] - 1000;
+    if (ball < 220 && marked[ball]) wanted[tags] = history;
   }
-  EXPECT_EQ(told, wanted);
-  EXPECT_GT(told.size(), 50u);
+  EXPECT_EQ(visited, wanted);
+  EXPECT_GT(visited.size(), 50u);
 }
 
 }  // namespace

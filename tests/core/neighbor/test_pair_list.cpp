@@ -5,16 +5,17 @@
 
 namespace {
 
-using namespace millscale::pairs;
+using namespace millscale::kernels;
+using namespace millscale::neighbor;
 
 using Pairs = std::vector<std::array<int, 2>>;
 
-/// By definition: an owned ball with every later one whose surface is within the gap. Rounding may
-/// put a pair at the very reach on either side: `slack` is relative to the reach.
+/// List by definition: each local ball with every later ball whose surface is within the gap.
+/// Rounding may put a pair at the very reach on either side: `slack` is relative to the reach.
 Pairs brute_force(const Cloud& cloud, double gap, double slack = 0.0)
 {
   Pairs found;
-  for (int i = 0; i < cloud.owned(); ++i)
+  for (int i = 0; i < cloud.nlocal(); ++i)
     for (int j = i + 1; j < cloud.all(); ++j) {
       const auto &a = cloud.position[i], &b = cloud.position[j];
       const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
@@ -24,10 +25,10 @@ Pairs brute_force(const Cloud& cloud, double gap, double slack = 0.0)
   return found;
 }
 
-Pairs pairs_of(const HalfList& list)
+Pairs pairs_of(const PairList& list)
 {
   Pairs found;
-  for (int i = 0; i < list.owned(); ++i)
+  for (int i = 0; i < list.nlocal(); ++i)
     for (int k = 0; k < list.partners[i]; ++k) {
       EXPECT_EQ(list.own[list.first[i] + k], i);
       const int j = list.other[list.first[i] + k];
@@ -38,7 +39,7 @@ Pairs pairs_of(const HalfList& list)
   return found;
 }
 
-void expect_brute_force(const HalfList& list, const Cloud& cloud, double gap, const char* scene)
+void expect_brute_force(const PairList& list, const Cloud& cloud, double gap, const char* scene)
 {
   const Pairs found = pairs_of(list);
   const Pairs needed = brute_force(cloud, gap, -1e-14), allowed = brute_force(cloud, gap, 1e-14);
@@ -48,9 +49,9 @@ void expect_brute_force(const HalfList& list, const Cloud& cloud, double gap, co
 }
 
 /// The list by the best kernel; each kernel has its own test.
-void build(HalfList& list, const Cloud& cloud, double gap)
+void build(PairList& list, const Cloud& cloud, double gap)
 {
-  build_within(list, cloud, gap, best_kernel().list_partners);
+  build_within(list, cloud, gap, best_implementation().list_partners);
 }
 
 struct Scene {
@@ -139,7 +140,7 @@ std::vector<Scene> scenes()
           {"sizes 1 to 5", of_sizes_one_to_five(), 400},
           {"line x, touching", line(0, 0.04), 299},
           {"line y, as wide as the reach", line(1, 0.045), 0},
-          {"line z, apart", line(2, 1.0), 0},
+          {"line z, separated", line(2, 1.0), 0},
           {"one point", at_one_point(), 50 * 49 / 2},
           {"one ball", one, 0},
           {"two balls", two, 1},
@@ -150,103 +151,103 @@ std::vector<Scene> scenes()
           {"ghosts", with_ghosts(), 500}};
 }
 
-TEST(HalfList, IsBruteForceInEveryScene)
+TEST(PairList, IsBruteForceInEveryScene)
 {
-  for (const Kernel& each : kernels())
+  for (const Implementation& each : kernels())
     for (const Scene& scene : scenes()) {
-      HalfList list;
+      PairList list;
       build_within(list, scene.cloud, gap, each.list_partners);
       expect_brute_force(list, scene.cloud, gap, scene.name);
       EXPECT_GE(list.entries, scene.at_least) << scene.name;
     }
 }
 
-TEST(HalfList, HasThePairsAtTheVeryReachWhateverTheRounding)
+TEST(PairList, HasThePairsAtTheVeryReachWhateverTheRounding)
 {
   // 129 of these spacings, times one over the spacing, is rounded to less than 129.
   const double spacing = 0.06120876588780821;
   Cloud cloud;
   for (int i = 0; i < 400; ++i)  // two lines: cells of one alone would be wider
     cloud.add({spacing * (i / 2), 0.1 * spacing * (i % 2), 0.0}, spacing / 4);
-  HalfList list;
+  PairList list;
   build(list, cloud, spacing / 2);
   expect_brute_force(list, cloud, spacing / 2, "at the reach");
   EXPECT_GT(list.entries, 50);
 }
 
-TEST(HalfList, WithoutAGapHasTheBallsThatTouch)
+TEST(PairList, WithoutAGapHasTheBallsThatTouch)
 {
   for (const Scene& scene : scenes()) {
-    HalfList list;
+    PairList list;
     build(list, scene.cloud, 0.0);
     expect_brute_force(list, scene.cloud, 0.0, scene.name);
   }
 }
 
-TEST(HalfList, BuiltAgainKnowsNothingOfTheLastScene)
+TEST(PairList, BuiltAgainKnowsNothingOfTheLastScene)
 {
-  HalfList list;
+  PairList list;
   CellGrid grid;
   for (const Scene& scene : scenes()) {
-    build_within(list, grid, scene.cloud, gap, best_kernel().list_partners);
+    build_within(list, grid, scene.cloud, gap, best_implementation().list_partners);
     std::fill(list.displacement.begin(), list.displacement.end(), 1.0);
     std::fill(list.touching.begin(), list.touching.end(), 1);
-    build_within(list, grid, scene.cloud, gap, best_kernel().list_partners);
+    build_within(list, grid, scene.cloud, gap, best_implementation().list_partners);
     expect_brute_force(list, scene.cloud, gap, scene.name);
     EXPECT_EQ(list.touching, std::vector<int>(list.other.size(), 0)) << scene.name;
     EXPECT_EQ(list.displacement, std::vector<double>(3 * list.other.size(), 0.0)) << scene.name;
   }
 }
 
-TEST(HalfList, HasNoPairsOfGhosts)
+TEST(PairList, HasNoPairsOfGhosts)
 {
   const Cloud cloud = with_ghosts();
-  HalfList list;
+  PairList list;
   build(list, cloud, gap);
   int with_a_ghost = 0;
   for (const auto& pair : pairs_of(list)) {
-    EXPECT_LT(pair[0], cloud.owned());
-    with_a_ghost += pair[1] >= cloud.owned();
+    EXPECT_LT(pair[0], cloud.nlocal());
+    with_a_ghost += pair[1] >= cloud.nlocal();
   }
-  EXPECT_EQ(list.owned(), cloud.owned());
+  EXPECT_EQ(list.nlocal(), cloud.nlocal());
   EXPECT_GT(with_a_ghost, 100);
 }
 
-TEST(HalfList, OfARankWithoutBallsIsEmpty)
+TEST(PairList, OfARankWithoutBallsIsEmpty)
 {
   Cloud nobody, only_ghosts = random_cloud({30, 0.1}, 7);
   only_ghosts.ghosts = 30;
   for (const Cloud& cloud : {nobody, only_ghosts}) {
-    HalfList list;
+    PairList list;
     build(list, cloud, gap);
-    EXPECT_EQ(list.owned(), 0);
+    EXPECT_EQ(list.nlocal(), 0);
     EXPECT_EQ(list.entries, 0);
   }
 }
 
-TEST(HalfList, HasThePairsWithinTheSumOfTheirOwnMargins)
+TEST(PairList, HasThePairsWithinTheSumOfBothSkins)
 {
   const Cloud cloud = random_cloud({500, 0.4, 0.005, 0.025, 1, 120}, 10);
   std::mt19937 random(11);
   std::uniform_real_distribution<double> share(0.0, 0.01);
-  std::vector<double> margin;
-  for (int i = 0; i < cloud.all(); ++i) margin.push_back(share(random));
+  std::vector<double> skin;
+  for (int i = 0; i < cloud.all(); ++i) skin.push_back(share(random));
   Cloud wider = cloud;
-  for (int i = 0; i < cloud.all(); ++i) wider.radius[i] += margin[i];
-  for (const Kernel& each : kernels()) {
-    HalfList list;
+  for (int i = 0; i < cloud.all(); ++i) wider.radius[i] += skin[i];
+  for (const Implementation& each : kernels()) {
+    PairList list;
     CellGrid grid;
     grid.sort(cloud.view(), 0.01);
-    millscale::pairs::build(list, grid, cloud.view(), margin.data(), each.list_partners);
-    expect_brute_force(list, wider, 0.0, each.level);
+    millscale::neighbor::build(list, grid, cloud.view(), skin.data(), each.list_partners);
+    expect_brute_force(list, wider, 0.0, each.name);
     EXPECT_GT(list.entries, 300);
   }
 }
 
-TEST(HalfList, MissesNoContactUntilABallHasMovedHalfTheGap)
+TEST(PairList, MissesNoContactUntilABallHasMovedHalfTheGap)
 {
   Cloud cloud = random_cloud({600, 0.45, 0.005, 0.025}, 8);
-  HalfList list;
+  PairList list;
   build(list, cloud, gap);
   const Pairs listed = pairs_of(list);
   const std::size_t touched_before = brute_force(cloud, 0.0).size();

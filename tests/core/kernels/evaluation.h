@@ -5,9 +5,10 @@
 #include "core/kernels/kernel.h"
 #include "core/neighbor/cloud.h"
 
-namespace pair_step {
+namespace kernel_test {
 
-using namespace millscale::pairs;
+using namespace millscale::kernels;
+using namespace millscale::neighbor;
 namespace contact = millscale::contact;
 
 inline constexpr double dt = 1e-5;
@@ -18,27 +19,27 @@ inline const std::vector<contact::EffectiveMaterial> materials{{3.3e7, 7.0e6, 0.
                                                                {2.1e7, 9.0e6, 0.46, 0.3, 0.020},
                                                                {1.2e8, 4.0e7, 0.22, 0.7, 0.005}};
 
-/// Whether it is a kernel of `kernels` that takes the place of a level's own.
-inline bool is_mixed(const Kernel& kernel)
+/// Return whether an implementation of `kernels` is a mixed one.
+inline bool is_mixed(const Implementation& kernel)
 {
   return kernel.evaluate == kernel.evaluate_mixed;
 }
 
 /// A cloud, its list and what a step leaves.
-struct Step {
+struct Evaluation {
   Cloud cloud;
-  HalfList list;
+  PairList list;
   std::vector<std::array<double, 3>> force, torque;
   std::vector<double> damping;  ///< of each ball, one step earlier
   contact::ContactTerms terms;
-  bool advance = true, forget_apart = true;
+  bool advance = true, reset_on_separation = true;
 
-  explicit Step(const Cloud& c, double gap = 0.005) : cloud(c)
+  explicit Evaluation(const Cloud& c, double gap = 0.005) : cloud(c)
   {
-    build_within(list, cloud, gap, best_kernel().list_partners);
+    build_within(list, cloud, gap, best_implementation().list_partners);
     std::mt19937 random(11);
     std::normal_distribution<double> normal;
-    for (int i = 0; i < list.owned(); ++i)
+    for (int i = 0; i < list.nlocal(); ++i)
       for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry) {
         list.touching[entry] = 1;
         for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = 3e-5 * normal(random);
@@ -61,54 +62,47 @@ struct Step {
     return one && !type.empty() ? type[0] : 0;
   }
 
-  /// With `sums`, the plain kernel writes the account of energy into them.
-  void with(const Kernel& kernel, millscale::ledger::PairSums* sums = nullptr)
+  /// Evaluate. With `sums`, evaluate with the energy budget.
+  void with(const Implementation& kernel, millscale::energy::PairSums* sums = nullptr)
   {
     std::vector<contact::ContactLaw<double>> laws;
     for (const auto& m : materials) laws.push_back(contact::contact_law(m));
     RowStore store;
-    const Rows rows = store.for_balls(cloud.all(), is_mixed(kernel) && !sums);
+    const Rows rows = store.resize(cloud.all(), is_mixed(kernel) && !sums);
     const Task task{cloud.view(),
                     &rows,
-                    list.entries,
-                    list.own.data(),
-                    list.other.data(),
-                    list.touching.data(),
-                    list.displacement.data(),
-                    laws.data(),
-                    2,
-                    only_type(),
+                    {list.entries, list.own.data(), list.other.data(), list.touching.data(),
+                     list.displacement.data()},
+                    {laws.data(), 2, only_type()},
                     terms,
-                    dt,
-                    advance,
-                    forget_apart,
-                    reinterpret_cast<double(*)[3]>(force.data()),
-                    reinterpret_cast<double(*)[3]>(torque.data()),
-                    damping.data()};
+                    {dt, advance, reset_on_separation},
+                    {reinterpret_cast<double(*)[3]>(force.data()),
+                     reinterpret_cast<double(*)[3]>(torque.data()), damping.data()}};
     if (!sums) return kernel.evaluate(task);
-    sums->clear(cloud.owned());
+    sums->clear(cloud.nlocal());
     sums->begin_list(list.touching.data(), list.entries);
-    v2::evaluate(task, *sums);
+    evaluate_with_budget(task, *sums);
   }
 
-  double apart_square(int i, int j) const
+  double separation_squared(int i, int j) const
   {
-    double square = 0.0;
+    double r2 = 0.0;
     for (int d = 0; d < 3; ++d) {
-      const double apart = cloud.position[i][d] - cloud.position[j][d];
-      square += apart * apart;
+      const double separation = cloud.position[i][d] - cloud.position[j][d];
+      r2 += separation * separation;
     }
-    return square;
+    return r2;
   }
 
   /// One pair after the other, by the written-out law.
   void naively()
   {
     std::vector<double> sums(cloud.all(), 0.0);
-    for (int i = 0; i < cloud.owned(); ++i)
+    for (int i = 0; i < cloud.nlocal(); ++i)
       for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry)
         naive_pair(i, list.other[entry], entry, sums);
-    if (terms.limited_damping && advance) std::copy_n(sums.begin(), cloud.owned(), damping.begin());
+    if (terms.limited_damping && advance)
+      std::copy_n(sums.begin(), cloud.nlocal(), damping.begin());
   }
 
   double damping_share(int i) const { return dt * damping[i] / cloud.mass[i]; }
@@ -116,18 +110,18 @@ struct Step {
   void naive_pair(int i, int j, int entry, std::vector<double>& sums)
   {
     using written_out::sum;
-    double* memory = &list.displacement[3 * entry];
-    const double radii = cloud.radius[i] + cloud.radius[j], square = apart_square(i, j);
-    if (!(square < radii * radii)) {
-      if (!forget_apart) return;
+    double* history = &list.displacement[3 * entry];
+    const double radii = cloud.radius[i] + cloud.radius[j], r2 = separation_squared(i, j);
+    if (!(r2 < radii * radii)) {
+      if (!reset_on_separation) return;
       list.touching[entry] = 0;
-      std::fill_n(memory, 3, 0.0);
+      std::fill_n(history, 3, 0.0);
       return;
     }
     using millscale::vector3;
     const auto got = written_out::pair_force(
         {vector3(sum(cloud.position[i], -1.0, cloud.position[j])),
-         square,
+         r2,
          cloud.radius[i],
          cloud.radius[j],
          cloud.mass[i],
@@ -135,16 +129,16 @@ struct Step {
          vector3(sum(cloud.velocity[i], -1.0, cloud.velocity[j])),
          vector3(cloud.spin[i]),
          vector3(cloud.spin[j]),
-         {memory[0], memory[1], memory[2]},
+         {history[0], history[1], history[2]},
          damping_share(i) + damping_share(j)},
         materials[(cloud.type[i] - 1) * 2 + cloud.type[j] - 1], terms, dt, advance);
     list.touching[entry] = 1;
-    std::copy_n(got.displacement.begin(), 3, memory);
+    std::copy_n(got.displacement.begin(), 3, history);
     sums[i] += got.damping;
     sums[j] += got.damping;
     force[i] = sum(force[i], 1.0, got.force);
     torque[i] = sum(torque[i], 1.0, got.torque_i);
-    if (j >= cloud.owned()) return;
+    if (j >= cloud.nlocal()) return;
     force[j] = sum(force[j], -1.0, got.force);
     torque[j] = sum(torque[j], 1.0, got.torque_j);
   }
@@ -158,4 +152,4 @@ inline double largest(const std::vector<std::array<double, 3>>& field)
   return size;
 }
 
-}  // namespace pair_step
+}  // namespace kernel_test

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/kernels/kernel.h"
+
+/// The functions of the implementations. Those of v3 and v4 are the same sources, compiled twice.
+namespace millscale::kernels {
+
+namespace v2 {
+void evaluate(const Task&);
+int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
+}  // namespace v2
+namespace v3 {
+void evaluate(const Task&);
+void evaluate_mixed(const Task&);
+int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
+}  // namespace v3
+namespace v4 {
+void evaluate(const Task&);
+void evaluate_mixed(const Task&);
+int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
+}  // namespace v4
+
+}  // namespace millscale::kernels
