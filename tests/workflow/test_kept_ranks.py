@@ -6,6 +6,7 @@ import pytest
 
 from millscale.engine.machine import available_cores
 from millscale.engine.resume import begin
+from millscale.runs.case_file import load_case
 from millscale.runs.layout import stage_of
 from millscale.workflow import stage_record
 from millscale.workflow.run_stage import run_stage
@@ -22,12 +23,12 @@ def stopped(finished, monkeypatch):
 
     def stop(ranks):
         folder = finished.case(CHARGE)
-        case = json.loads((folder / "case.json").read_text())
+        case = load_case(folder)
         for name in ("series.csv", "timing.json", "result.json"):
             (folder / name).unlink(missing_ok=True)
         run = run_of(stage_of("multi-ball", "rotate"), case, folder, ranks)
         begin(run)
-        every = case["output"]["sample_steps"]
+        every = case.output.sample_steps
         first = run.first // every * every + every
         rows = "".join(f"{first + i * every},0.1\n" for i in range(4))
         (run.part / "series.csv").write_text(f"step,time_s\n{rows}")

@@ -2,6 +2,7 @@
 
 import os
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -37,7 +38,7 @@ def charge_case(folder):
     """A multi-ball case of 100 settling and 1,000 rotation steps, half way in the stages."""
     (folder / "settle.part").mkdir()
     (folder / "rotate.part").mkdir()
-    return {"time": {"settle_steps": 100, "steps": 1000}}
+    return SimpleNamespace(time=SimpleNamespace(settle_steps=100, steps=1000))
 
 
 def test_settling_is_read_from_the_log(tmp_path):

@@ -1,6 +1,7 @@
 """The time left for a campaign."""
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,7 +23,10 @@ class Status:
 
 
 # case.json expects 50 particle-steps/s.
-CASES = {name: {"predicted": {"particle_steps": 1000, "wall_time_s": 20.0}} for name in "abcd"}
+CASES = {
+    name: SimpleNamespace(predicted=SimpleNamespace(particle_steps=1000, wall_time_s=20.0))
+    for name in "abcd"
+}
 
 
 def left(*statuses, ranks=2, jobs=2, cores=2):

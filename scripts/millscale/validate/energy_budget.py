@@ -58,7 +58,7 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     """
     case = load_case(case_folder)
     copy_decks((DECK,), folder)
-    write_parameters(with_ledger(case, path, angle), folder)
+    write_parameters(with_energy_budget(case, path, angle), folder)
     shutil.copyfile(case_folder / BED, folder / BED)
     pair = (folder / PAIR).read_text(encoding="utf-8")
     damping = "tangential_damping ${tangential_damping}"
@@ -84,22 +84,28 @@ def accounted(folder: Path) -> dict[str, Any]:
     }
 
 
-def with_ledger(case: Case, path: Contacts, angle: float | None) -> Case:
-    """A case.json with the account in its decks, on a path, without dumps and restart files."""
+def with_energy_budget(case: Case, path: Contacts, angle: float | None) -> Case:
+    """Return a case with the energy budget on, other contacts, and no dumps or restart files."""
     longer = path.step / case.time.step_s
-    angle = angle or case.time.rotation_angle_rad
-    steps = case.time.rotation_steps / longer * angle / case.time.rotation_angle_rad
-    time = replace(case.time, step_s=path.step, rotation_steps=round(steps))
-    output = replace(
-        case.output,
-        sample_steps=max(1, round(case.output.sample_steps / longer)),
-        thermo_steps=max(1, round(case.output.thermo_steps / longer)),
-        restart_steps=time.rotation_steps + 1,
+    whole = case.time.rotation_angle_rad
+    steps = round(case.time.rotation_steps / longer * (angle or whole) / whole)
+    return replace(
+        case,
+        time=replace(case.time, step_s=path.step, rotation_steps=steps),
+        output=replace(
+            case.output,
+            sample_steps=max(1, round(case.output.sample_steps / longer)),
+            thermo_steps=max(1, round(case.output.thermo_steps / longer)),
+            restart_steps=steps + 1,
+        ),
+        deck=replace(
+            case.deck,
+            ledger="on",
+            dumps="off",
+            surface="fast",
+            tangential_damping=path.damping,
+        ),
     )
-    deck = replace(
-        case.deck, ledger="on", dumps="off", surface="fast", tangential_damping=path.damping
-    )
-    return replace(case, time=time, output=output, deck=deck)
 
 
 def series_work(folder: Path, begin: float, end: float) -> float:

@@ -84,7 +84,7 @@ def find(folder: Path, case: Case, left: Sequence[Stage]) -> Found:
 
 def note(folder: Path, case: Case) -> str:
     """What the next run does about stages that were run by hand; empty if there are none."""
-    left = [stage for stage, _ in unfinished(folder, case["kind"])]
+    left = [stage for stage, _ in unfinished(folder, case.kind)]
     found = find(folder, case, left)
     names = " and ".join(stage.name for stage in found.stages)
     return f"{names} run by hand: taken over, only what is missing is run" if names else ""
@@ -92,7 +92,7 @@ def note(folder: Path, case: Case) -> str:
 
 def is_rotated(folder: Path, case: Case) -> bool:
     """Whether the engine has nothing left to do in a case, some of it by hand."""
-    left = [stage for stage, _ in unfinished(folder, case["kind"])]
+    left = [stage for stage, _ in unfinished(folder, case.kind)]
     found = find(folder, case, left)
     return bool(found.stages) and not any(x.deck for x in left[len(found.stages) :])
 
@@ -132,7 +132,7 @@ def check_replaced(folder: Path, case: Case, stage: Stage) -> None:
     found = Digests(folder)
     made = {x: record["products"].get(x) for x in stage.products if not x.endswith(".in")}
     changed = [x for x, digest in made.items() if found.of(x) not in (None, digest)]
-    later = [x for x in STAGES[case["kind"]] if x.deck and is_there(folder, x)]
+    later = [x for x in STAGES[case.kind] if x.deck and is_there(folder, x)]
     if changed and later:
         cause = f"{changed[0]} is not the file that stage {stage.name} made"
         raise NotUsedError(f"{later[0].products[0]} made by hand is not used: {cause}")

@@ -45,8 +45,8 @@ def rows_of(cases: Sequence[Case], campaign: Campaign) -> list[Row]:
 
 
 def _row(case: Case, ranks: int, notes: tuple[str, ...] = ()) -> Row:
-    mill, time, ball = case["mill"], case["time"], case["ball"]
-    steps = time["settle_steps"] + time["steps"]
+    mill, time, ball = case.mill, case.time, case.ball
+    steps = time.settle_steps + time.steps
     same_in_mill = (
         "radius_m", "lifter_top_radius_m", "lifter_top_width_m", "groove_width_m", "length_m",
         "simulated_length_m", "face_angle_deg", "gravity_m_s2", "omega_rad_s", "froude",
@@ -56,23 +56,23 @@ def _row(case: Case, ranks: int, notes: tuple[str, ...] = ()) -> Row:
         "rotation_angle_rad", "rayleigh_fraction", "limit_fraction", "steps_per_contact",
     )  # fmt: skip
     return {
-        **{key: case[key] for key in ("id", "kind", "scheme", "policy", "S", "seed")},
-        **{key: mill[key] for key in same_in_mill},
-        "balls": ball["count"],
-        "total_mass_kg": ball["count"] * ball["mass_kg"],
-        "youngs_modulus_pa": case["material"]["youngs_modulus_pa"],
-        "time_step_s": time["step_s"],
-        "time_step_choice": time["step_choice"],
+        **{key: getattr(case, key) for key in ("id", "kind", "scheme", "policy", "S", "seed")},
+        **{key: getattr(mill, key) for key in same_in_mill},
+        "balls": ball.count,
+        "total_mass_kg": ball.count * ball.mass_kg,
+        "youngs_modulus_pa": case.material.youngs_modulus_pa,
+        "time_step_s": time.step_s,
+        "time_step_choice": time.step_choice,
         "steps": steps,
-        **{key: time[key] for key in same_in_time},
-        "predicted_energy_ratio": case["predicted_energy_ratio"],
-        "centre_path_energy_ratio": case["centre_path_energy_ratio"],
+        **{key: getattr(time, key) for key in same_in_time},
+        "predicted_energy_ratio": case.predicted_energy_ratio,
+        "centre_path_energy_ratio": case.centre_path_energy_ratio,
         "groups": to_builtins(case.groups),
-        "particle_steps": ball["count"] * steps,
+        "particle_steps": ball.count * steps,
         "ranks": ranks,
         "predicted_wall_time_s": wall_time(case, ranks),
-        "output_bytes": case["predicted"]["output_bytes"],
-        "warnings": [*case["warnings"], *(notes if case.kind == "multi-ball" else ())],
+        "output_bytes": case.predicted.output_bytes,
+        "warnings": [*case.warnings, *(notes if case.kind == "multi-ball" else ())],
         "model": to_builtins(case.model),
     }
 

@@ -30,8 +30,8 @@ def record_predictions(
     entries = {
         x.id: {
             "ranks": ranks[x.id],
-            "steps": x["time"]["steps"],
-            "wall_time_s": run_time(x, x["time"]["steps"], ranks[x.id], rates),
+            "steps": x.time.steps,
+            "wall_time_s": run_time(x, x.time.steps, ranks[x.id], rates),
         }
         for x in cases
     }
@@ -107,4 +107,4 @@ def time_left(
 
 def _predicted(case: Case) -> float:
     """Particle-steps per second that case.json expects."""
-    return case["predicted"]["particle_steps"] / case["predicted"]["wall_time_s"]
+    return case.predicted.particle_steps / case.predicted.wall_time_s

@@ -40,7 +40,7 @@ def stage_steps(case: Case, stage: Stage) -> int:
     """Steps the engine makes in a stage; 0 for a stage without engine."""
     if not stage.deck:
         return 0
-    return case["time"]["settle_steps" if stage.name == "settle" else "steps"]
+    return case.time.settle_steps if stage.name == "settle" else case.time.steps
 
 
 def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False) -> Progress:
@@ -103,7 +103,7 @@ def _stepping_since(log: Path) -> float:
 
 def _steps_before(case: Case, part: Path) -> int:
     """Steps counted before the rotation began: a run from a restart file counts on."""
-    settled = case["time"]["settle_steps"]
+    settled = case.time.settle_steps
     try:
         first = int(read_head(part / "series.csv", _TAIL_BYTES).split("\n")[1].split(",")[0])
     except (IndexError, ValueError):

@@ -100,7 +100,7 @@ def examine(folder: Path, case: Case, stage: Stage, dumps: bool = True) -> HandR
 def _settled(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
     from millscale.packing.bed import read_bed
 
-    steps = case["time"]["settle_steps"]
+    steps = case.time.settle_steps
     logs = _logs(folder, case, stage, first=0, steps=steps)
     restart = read_restart(folder / stage.products[0])
     if restart.step != steps:
@@ -108,10 +108,10 @@ def _settled(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
     if not (folder / BED_DUMP).exists():
         raise NotWholeError(f"no {BED_DUMP}, which settle.in writes")
     try:
-        bed, velocities = read_bed(folder / BED_DUMP, case["mill"]["simulated_length_m"])
+        bed, velocities = read_bed(folder / BED_DUMP, case.mill.simulated_length_m)
     except ValueError as error:
         raise NotWholeError(f"{BED_DUMP} is not whole: {error}") from None
-    if len(velocities) != case["ball"]["count"]:
+    if len(velocities) != case.ball.count:
         raise NotWholeError(f"{BED_DUMP} has {len(velocities)} balls, not {case['ball']['count']}")
     some = bed.centres[:: max(1, len(bed.centres) // _BALLS_SOUGHT)][:_BALLS_SOUGHT]
     if not holds(restart.path, some):
@@ -122,15 +122,15 @@ def _settled(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
 
 
 def _rotated(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
-    time, output = case["time"], case["output"]
-    first, steps = time["settle_steps"], time["steps"]
+    time, output = case.time, case.output
+    first, steps = time.settle_steps, time.steps
     last = first + steps
     logs = _logs(folder, case, stage, first, steps)
     if "settled.restart" in stage.inputs:
         _begun_from(folder, case, logs[0], first)
     check_output(folder, first, last)
     series = _Series(folder / stage.products[0])
-    every = output["sample_steps"]
+    every = output.sample_steps
     if series.steps != [*range(first // every * every + every, last + 1, every)]:
         raise NotWholeError(
             f"{series.name} has not a row every {every} steps from {first} to {last}"
@@ -145,13 +145,13 @@ def _rotated(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
                 _agree(series.name, log, step, row["kinetic_translation_J"], energy, _LOG_DIGITS)
                 _agree(series.name, log, step, row["mill_angle_rad"], angle, _LOG_DIGITS)
     files = [stage.products[0]]
-    if case["kind"] == "multi-ball":
+    if case.kind == "multi-ball":
         files.append(_occupancy(folder, series, logs[-1]))
-    if case["deck"].get("ledger") == "on":
+    if case.deck.ledger == "on":
         files += [name for name in LEDGER_FILES if _is_whole(folder / name)]
         _check_ledger(_Series(folder / "ledger.csv"), series)
-    if case["deck"]["dumps"] == "on":
-        _check_dumps(folder, series, range(first, last + 1, output["dump_steps"]), dumps)
+    if case.deck.dumps == "on":
+        _check_dumps(folder, series, range(first, last + 1, output.dump_steps), dumps)
         files.append(DUMP_FOLDER)
     return _run(folder, stage, logs, first, tuple(files))
 
@@ -217,7 +217,7 @@ def _log(path: Path, case: Case, stage: Stage, decks: Mapping[str, str]) -> _Log
     if not grid or not rows:
         raise NotWholeError(f"{path.name} ends before the first step")
     balls = {count for *_, count in rows.values()}
-    if balls != {case["ball"]["count"]}:
+    if balls != {case.ball.count}:
         raise NotWholeError(f"{path.name} has {max(balls)} balls, not {case['ball']['count']}")
     ranks = math.prod(int(x) for x in grid.groups())
     return _Log(path.name, text, ranks, max(balls), {s: (e, a) for s, (e, a, _) in rows.items()})
@@ -229,8 +229,8 @@ def _begun_from(folder: Path, case: Case, log: _Log, step: int) -> None:
     try:
         settled_by = read_object(folder / "settled.json", "").get("settled_by")
     except RunFolderError:
-        settled_by = case["id"]
-    rows = _ROW.findall(read_log(own)) if settled_by == case["id"] else []
+        settled_by = case.id
+    rows = _ROW.findall(read_log(own)) if settled_by == case.id else []
     energies = [_number(energy) for at, _, energy, _ in rows if int(at) == step]
     if energies:
         _agree(own.name, log, step, energies[-1], log.rows[step][0], _LOG_DIGITS)
@@ -285,7 +285,7 @@ def _agree(name: str, log: _Log, step: int, got: float, logged: float, digits: f
 
 def _kinetic_energy(case: Case, radii: np.ndarray, velocities: np.ndarray) -> float:
     """Of translation [J]: radii (n,) [m], velocities (n, 3) [m/s]."""
-    masses = case["ball"]["density_kg_m3"] * 4.0 / 3.0 * math.pi * radii**3
+    masses = case.ball.density_kg_m3 * 4.0 / 3.0 * math.pi * radii**3
     return float(0.5 * (masses * (velocities**2).sum(axis=1)).sum())
 
 

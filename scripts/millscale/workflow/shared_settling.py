@@ -19,6 +19,7 @@ from millscale.cases.decks import PARAMETERS_FILE, deck_text, with_included
 from millscale.cases.parameters import LINER_FILE, parameters, parameters_text
 from millscale.engine.restart_file import NotWholeError, read_restart
 from millscale.packing.charge import FILE as CHARGE_FILE
+from millscale.runs.case_file import Case
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import CAMPAIGN_FILE, CASES_FOLDER
 from millscale.runs.lock import hold
@@ -36,7 +37,7 @@ OUTPUT = {"thermo_steps", "restart_steps"}
 _USED = re.compile(r"\$\{(\w+)\}|\bv_(\w+)")
 
 
-def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
+def settling_key(case: Case, folder: Path) -> str | None:
     """Hash of what decides how a charge settles; None if parameters.in was edited by hand.
 
     Args:
@@ -54,12 +55,12 @@ def settling_key(case: Mapping[str, Any], folder: Path) -> str | None:
         for name in match
     }
     values = {k: v for k, v in parameters(case).items() if k in used and k not in OUTPUT}
-    files = [CHARGE_FILE, *([LINER_FILE] if case["wall"]["kind"] == "mesh" else [])]
+    files = [CHARGE_FILE, *([LINER_FILE] if case.wall.kind == "mesh" else [])]
     content = {
         "decks": decks,
         "values": values,
-        "gravity_m_s2": case["mill"]["gravity_m_s2"],
-        "radius_m": case["mill"]["radius_m"],
+        "gravity_m_s2": case.mill.gravity_m_s2,
+        "radius_m": case.mill.radius_m,
         "files": {x: digest_of(folder / x) for x in files},
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -74,7 +75,7 @@ class SharedBed:
 
 
 @contextmanager
-def shared_bed(case: Mapping[str, Any], folder: Path) -> Iterator[SharedBed | None]:
+def shared_bed(case: Case, folder: Path) -> Iterator[SharedBed | None]:
     """The shared folder of a case's bed, held by this process; None where there is none to share.
 
     Another case that settles the same bed is waited for.

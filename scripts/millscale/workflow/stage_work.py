@@ -72,17 +72,17 @@ def write_mesh(case: Mapping[str, Any], folder: Path) -> None:
     from millscale.mesh import build_liner_mesh, lint, write_stl, write_vtp
     from millscale.packing.charge import liner_of
 
-    liner, wall = liner_of(case), case["wall"]
-    length = case["mill"]["simulated_length_m"]
-    meshed = wall["kind"] == "mesh"
+    liner, wall = liner_of(case), case.wall
+    length = case.mill.simulated_length_m
+    meshed = wall.kind == "mesh"
     build = build_liner_mesh if meshed else panels_of
-    surface = build(liner, length, wall["chord_error_m"], wall["axial_divisions"])
-    report = lint(surface, liner, length, wall["chord_error_m"], for_engine=meshed)
+    surface = build(liner, length, wall.chord_error_m, wall.axial_divisions)
+    report = lint(surface, liner, length, wall.chord_error_m, for_engine=meshed)
     if meshed:
-        _check_mesh(surface, report, wall["curvature_deg"])
+        _check_mesh(surface, report, wall.curvature_deg)
     write_json(folder / "mesh.json", {"schema": 1, **asdict(report)})
     write_stl(folder / "liner.stl", surface)
-    if case["kind"] == "multi-ball":
+    if case.kind == "multi-ball":
         write_vtp(folder / "liner.vtp", surface)
 
 
@@ -112,7 +112,7 @@ def deck(task: Task) -> None:
     copy_decks(tuple(x for x in task.stage.products if x != "parameters.in"), task.part)
     write_parameters(task.case, task.part)
     write_script(task.case, task.ranks, task.part)
-    if task.case["deck"]["dumps"] == "on" and not (task.folder / DUMP_FOLDER).exists():
+    if task.case.deck.dumps == "on" and not (task.folder / DUMP_FOLDER).exists():
         # The engine makes no folders: here for those who run the deck by hand.
         (task.part / DUMP_FOLDER).mkdir()
 
@@ -174,10 +174,10 @@ class EarlierAttempt:
 
 def attempt_of(folder: Path, case: Case) -> EarlierAttempt | None:
     """What an attempt has left of the stage that comes next; None if it has left nothing."""
-    stages = [stage for stage in STAGES[case["kind"]] if stage.deck]
+    stages = [stage for stage in STAGES[case.kind] if stage.deck]
     if not any((folder / f"{stage.name}.part").exists() for stage in stages):
         return None
-    left = unfinished(folder, case["kind"])
+    left = unfinished(folder, case.kind)
     stage = left[0][0] if left else None
     if stage is None or not (folder / f"{stage.name}.part").exists():
         return None
@@ -192,9 +192,9 @@ def attempt_of(folder: Path, case: Case) -> EarlierAttempt | None:
 def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
     """What the stage asks of the engine."""
     inputs = digests([*_engine_inputs(stage, folder), find_engine()])
-    time = case["time"]
-    settled = time["settle_steps"] if stage.name == "rotate" else 0
-    steps = time["settle_steps" if stage.name == "settle" else "steps"]
+    time = case.time
+    settled = time.settle_steps if stage.name == "rotate" else 0
+    steps = time.settle_steps if stage.name == "settle" else time.steps
     return Run(folder / f"{stage.name}.part", inputs, settled, steps, ranks)
 
 
@@ -254,9 +254,9 @@ def bed_part(case: Case, folder: Path) -> dict[str, Any]:
     from millscale.packing import bed
     from millscale.packing.charge import room_of
 
-    gravity, meshed = case["mill"]["gravity_m_s2"], case["wall"]["kind"] == "mesh"
+    gravity, meshed = case.mill.gravity_m_s2, case.wall.kind == "mesh"
     measured = bed.bed_record(folder / BED_DUMP, room_of(case), gravity, meshed)
-    return {"settled_by": case["id"], **measured}
+    return {"settled_by": case.id, **measured}
 
 
 def result(task: Task) -> None:

@@ -129,7 +129,7 @@ def case_status(
         silence: an engine that writes nothing for so long makes no progress [s].
         outdated: the campaign has another case.json for it, which the next run will write.
     """
-    kind, balls = case.kind, case["ball"]["count"]
+    kind, balls = case.kind, case.ball.count
     left = [stage for stage, _ in unfinished(folder, kind, case_changed=outdated)]
     found = Found() if outdated else find(folder, case, left)
     made = [x.name for x in STAGES[kind] if is_recorded(folder, x) or x in found.stages]
@@ -161,7 +161,7 @@ def case_status(
         step=step,
         steps=steps,
         percent=min(99.0, 100.0 * step / steps) if left else 100.0,
-        simulated_s=step * case["time"]["step_s"],
+        simulated_s=step * case.time.step_s,
         particle_steps_per_s=rate,
         time_left_s=_time_left((steps - step) * balls, rate, now),
         silent_s=silent,
@@ -210,7 +210,7 @@ def _silent(folder: Path, record: StageRecord | None) -> float:
 
 def _row_time(case: Case, rate: float | None) -> float:
     """Wall time between two lines of the engine's log, which are rarer than rows [s]."""
-    return case["output"]["thermo_steps"] * case["ball"]["count"] / rate if rate else 0.0
+    return case.output.thermo_steps * case.ball.count / rate if rate else 0.0
 
 
 def _time_left(particle_steps: int, rate: float | None, now: Progress) -> float | None:
