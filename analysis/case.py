@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from millscale.analysis.charge.energy_budget import LEDGER, ledger_result
+from millscale.analysis.charge.energy_budget import LEDGER, read_energy_budget
 from millscale.analysis.charge.result import charge_result
+from millscale.analysis.result_file import ChargeResult, SingleBallResult
 from millscale.analysis.single_ball.result import single_ball_result
-from millscale.runs.case_folder import (
-    CASE,
-    RESULT,
-    SCHEMA,
-    SERIES,
-    RunFolderError,
-    load_case,
-)
+from millscale.runs.case_file import Case, load_case
+from millscale.runs.case_folder import RESULT, SCHEMA, SERIES
 from millscale.runs.series import read_series
 from millscale.runs.untrusted import understood
 from millscale.runs.writing import write_json
-
-_RESULT_OF = {"single-ball": single_ball_result, "multi-ball": charge_result}
 
 
 def analyse_case(folder: Path) -> dict[str, Any]:
@@ -34,21 +28,20 @@ def analyse_case(folder: Path) -> dict[str, Any]:
     """
     folder = Path(folder)
     case = load_case(folder)
-    kind = case.get("kind")
-    if kind not in _RESULT_OF:
-        raise RunFolderError(
-            folder / CASE,
-            f"kind is {kind!r}, accepted {', '.join(_RESULT_OF)}",
-            "make it again with: millscale generate FILE --runs DIR",
-        )
-    series = read_series(folder / SERIES, kind)
-    identity = {key: case[key] for key in ("id", "kind", "scheme", "policy", "S")}
+    identity = {key: getattr(case, key) for key in ("id", "kind", "scheme", "policy", "S")}
+    return {"schema": SCHEMA, **identity, **_result(folder, case).document()}
+
+
+def _result(folder: Path, case: Case) -> SingleBallResult | ChargeResult:
+    series = read_series(folder / SERIES, case.kind)
     with understood(folder / SERIES, "make case.json and series.csv again: millscale run"):
-        result = {"schema": SCHEMA, **identity, **_RESULT_OF[kind](case, series)}
-    if case.get("deck", {}).get("ledger") == "on":
-        with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):
-            result["ledger"] = ledger_result(folder)
-    return result
+        if case.kind == "single-ball":
+            return single_ball_result(case, series)
+        result = charge_result(case, series)
+    if case.deck.ledger != "on":
+        return result
+    with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):
+        return replace(result, ledger=read_energy_budget(folder))
 
 
 def write_result(folder: Path) -> Path:

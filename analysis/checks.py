@@ -1,10 +1,13 @@
-"""What a campaign must show, each claim with its value and its limit."""
+"""Checks of a campaign: claims with their values and limits."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
-from millscale.runs.case_folder import FinishedCase
+from millscale.analysis.finished import Charge
+from millscale.analysis.measures import COMMON_ANGLES, SINGLE_BALL_ANGLES
+from millscale.analysis.single_ball.comparison import Regression, SingleBallRow
 
 LEAST_CORRELATION = 0.999
 MOST_DEVIATION = {"paper": 0.04}
@@ -17,130 +20,138 @@ MOST_TORQUE_DIFFERENCE = 1e-3
 # Of the torque between even and odd steps: beyond it a time step is too long for the wall.
 MOST_ALTERNATING = 5e-3
 
-Row = dict[str, Any]
+
+@dataclass(frozen=True)
+class Check:
+    """A claim about a campaign.
+
+    Attributes:
+        sense: <= or >=, between value and limit.
+        passed: None where the campaign does not hold enough for an answer.
+    """
+
+    text: str
+    value: float | None
+    limit: float
+    sense: str
+    passed: bool | None
+
+
+def at_most(text: str, value: float | None, limit: float) -> Check:
+    """Return the check that a value does not exceed a limit."""
+    return Check(text, value, limit, "<=", None if value is None else value <= limit)
+
+
+def at_least(text: str, value: float | None, limit: float) -> Check:
+    """Return the check that a value reaches a limit."""
+    return Check(text, value, limit, ">=", None if value is None else value >= limit)
 
 
 def campaign_checks(
-    rows: list[Row], fits: list[Row], charges: list[FinishedCase], missing: dict[str, str]
-) -> dict[str, Row]:
-    """Checks by name. `passed` is None where the campaign does not hold enough to tell.
+    rows: Sequence[SingleBallRow],
+    fits: Sequence[Regression],
+    charges: Sequence[Charge],
+    missing: Mapping[str, str],
+) -> dict[str, Check]:
+    """Return checks by name.
 
     Args:
-        rows: of `comparison.single_ball_rows`.
-        fits: of `comparison.regressions`, of the paper's mill: the limits are about its numbers.
-        charges: finished multi-ball cases.
+        fits: of the paper's mill only: the limits are about its numbers.
         missing: why a case is not in the report, by its id.
     """
-    checks = {"all_cases_finished": _check("no case is missing", len(missing), 0)}
+    checks = {"all_cases_finished": at_most("no case is missing", len(missing), 0)}
     if rows:
         checks |= _single_ball(rows)
-    for scheme in dict.fromkeys(fit["scheme"] for fit in fits):
-        checks |= _law(scheme, [fit for fit in fits if fit["scheme"] == scheme])
-    for case in charges:
-        checks[f"balls_kept/{case.id}"] = _check(
-            f"{case.id}: no ball is lost", int(case.result["problem"] is not None), 0
-        )
-        checks |= _torque(case)
-        overlap = case.result["largest_overlap_over_radius"]
-        if overlap is not None:
-            text = f"{case.id}: largest overlap over ball radius, at the rows of series.csv"
-            checks[f"overlap/{case.id}"] = _check(text, overlap, MOST_OVERLAP)
+    for scheme in dict.fromkeys(fit.scheme for fit in fits):
+        checks |= _law(scheme, [fit for fit in fits if fit.scheme == scheme])
+    for charge in charges:
+        checks |= _charge(charge)
     return checks
 
 
-def _torque(case: FinishedCase) -> dict[str, Row]:
-    result, steady = case.result, case.result["steady"]
-    why = f": {'; '.join(steady['reasons'])}" if steady["reasons"] else ""
-    return {
-        f"torque_balance/{case.id}": _check(
-            f"{case.id}: torque summed over the steps less that by weight and angular momentum, "
-            "over M g R",
-            abs(result["torque_balance"]["difference"]),
+def _charge(charge: Charge) -> dict[str, Check]:
+    result, steady = charge.result, charge.result.steady
+    why = f": {'; '.join(steady.reasons)}" if steady.reasons else ""
+    checks = {
+        "balls_kept": at_most("no ball is lost", int(result.problem is not None), 0),
+        "torque_balance": at_most(
+            "torque by the work of the drive less that by weight and angular momentum, over M g R",
+            abs(result.torque_balance.difference),
             MOST_TORQUE_DIFFERENCE,
         ),
-        f"alternating_torque/{case.id}": _check(
-            f"{case.id}: part of the torque that alternates from step to step, over M g R",
-            result["alternating_torque"],
+        "alternating_torque": at_most(
+            "part of the torque that alternates from step to step, over M g R",
+            result.alternating_torque,
             MOST_ALTERNATING,
         ),
-        f"steady/{case.id}": _check(
-            f"{case.id}: reasons why the charge is not steady{why}", len(steady["reasons"]), 0
-        ),
+        "steady": at_most(f"reasons why the charge is not steady{why}", len(steady.reasons), 0),
     }
-
-
-def _single_ball(rows: list[Row]) -> dict[str, Row]:
-    idle = sum(row["problem"] is not None for row in rows)
-    thrown = [row for row in rows if row["off_parabola"] is not None]
+    if result.largest_overlap_over_radius is not None:
+        text = "largest overlap over ball radius, at the rows of series.csv"
+        checks["overlap"] = at_most(text, result.largest_overlap_over_radius, MOST_OVERLAP)
     return {
-        "every_ball_is_thrown": _check("cases without a throw", idle, 0),
-        "flight_is_a_parabola": _check(
-            "samples of the throw off the parabola of its release, over the energy change",
-            max((row["off_parabola"] for row in thrown), default=None),
+        f"{name}/{charge.id}": replace(check, text=f"{charge.id}: {check.text}")
+        for name, check in checks.items()
+    }
+
+
+def _single_ball(rows: Sequence[SingleBallRow]) -> dict[str, Check]:
+    idle = sum(row.ball.result.problem is not None for row in rows)
+    thrown = [row.throw for row in rows if row.throw.off_parabola is not None]
+    return {
+        "every_ball_is_thrown": at_most("cases without a throw", idle, 0),
+        "flight_is_a_parabola": at_most(
+            "distance of the samples of the throw from the parabola of its release, over the "
+            "energy change",
+            max((throw.off_parabola for throw in thrown), default=None),
             MOST_OFF_PARABOLA,
         ),
-        "kinetic_gain_is_potential_loss": _check(
+        "kinetic_gain_is_potential_loss": at_most(
             "kinetic energy gained less potential energy lost, in the samples, over the change",
-            max((row["energy_imbalance"] for row in thrown), default=None),
+            max((throw.energy_imbalance for throw in thrown), default=None),
             MOST_OFF_PARABOLA,
         ),
     }
 
 
-def _law(scheme: str, fits: list[Row]) -> dict[str, Row]:
+def _law(scheme: str, fits: Sequence[Regression]) -> dict[str, Check]:
     checks = {}
     for fit in fits:
-        policy = fit["policy"]
-        correlation = fit["correlation"]
-        checks[f"linear_in_prediction/{scheme}/{policy}"] = {
-            "text": f"{scheme}, {policy}: correlation of the energy ratio with its prediction",
-            "value": correlation,
-            "limit": LEAST_CORRELATION,
-            "sense": ">=",
-            "passed": None if correlation is None else correlation >= LEAST_CORRELATION,
-        }
+        policy, common = fit.policy, fit.fits[COMMON_ANGLES]
+        checks[f"linear_in_prediction/{scheme}/{policy}"] = at_least(
+            f"{scheme}, {policy}: correlation of the energy ratio with its prediction",
+            common.line.correlation,
+            LEAST_CORRELATION,
+        )
         if policy in MOST_DEVIATION:
-            checks[f"worst_deviation/{scheme}/{policy}"] = _check(
+            checks[f"worst_deviation/{scheme}/{policy}"] = at_most(
                 f"{scheme}, {policy}: worst deviation of the energy ratio from its prediction",
-                _size(fit),
+                common.worst_size,
                 MOST_DEVIATION[policy],
             )
-    better = _better([fit for fit in fits if fit["policy"] not in MOST_DEVIATION])
+    better = _better([fit for fit in fits if fit.policy not in MOST_DEVIATION])
     return checks | (_better_policy(scheme, better) if better else {})
 
 
-def _better_policy(scheme: str, fit: Row) -> dict[str, Row]:
-    which = f"{scheme}, {fit['policy']} (the better of the policies for the ball radius)"
+def _better_policy(scheme: str, fit: Regression) -> dict[str, Check]:
+    which = f"{scheme}, {fit.policy} (the better of the policies for the ball radius)"
     checks = {
-        f"worst_deviation/{scheme}/better": _check(
+        f"worst_deviation/{scheme}/better": at_most(
             f"{which}: worst deviation of the energy ratio from its prediction",
-            _size(fit),
+            fit.fits[COMMON_ANGLES].worst_size,
             MOST_DEVIATION_CORRECTED,
         )
     }
-    for name, what in (("detach_angle", "free flight begun"), ("liner_off_angle", "liner left")):
-        checks[f"{name}_spread/{scheme}/better"] = _check(
-            f"{which}: spread of the angle, {what}, over S [deg]",
-            fit[f"{name}_spread_deg"],
+    for angle in SINGLE_BALL_ANGLES:
+        checks[f"{angle.name}_spread/{scheme}/better"] = at_most(
+            f"{which}: spread of the angle, {angle.label}, over S [deg]",
+            fit.spread_deg[angle.name],
             MOST_ANGLE_SPREAD_DEG,
         )
     return checks
 
 
-def _better(fits: list[Row]) -> Row | None:
-    return min((fit for fit in fits if _size(fit) is not None), key=_size, default=None)
-
-
-def _size(fit: Row) -> float | None:
-    worst = fit["worst_relative_error"]
-    return None if worst is None else abs(worst)
-
-
-def _check(text: str, value: float | None, limit: float) -> Row:
-    return {
-        "text": text,
-        "value": value,
-        "limit": limit,
-        "sense": "<=",
-        "passed": None if value is None else value <= limit,
-    }
+def _better(fits: Sequence[Regression]) -> Regression | None:
+    """Return the fit with the smaller worst deviation."""
+    known = [fit for fit in fits if fit.fits[COMMON_ANGLES].worst_size is not None]
+    return min(known, key=lambda fit: fit.fits[COMMON_ANGLES].worst_size, default=None)

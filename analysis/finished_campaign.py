@@ -1,22 +1,27 @@
-"""A campaign's finished cases gathered from its runs folder, and report/results.json."""
+"""The finished cases of a campaign, gathered from its runs folder, and report/results.json."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from millscale.analysis.charge.comparison import ChargeComparison, compare_charges
-from millscale.analysis.charge.scaled_mills import Charge
-from millscale.analysis.checks import campaign_checks
+from millscale.analysis.checks import Check, campaign_checks
+from millscale.analysis.finished import Charge, SingleBall, damage
 from millscale.analysis.paper import numbers as paper
-from millscale.analysis.single_ball import comparison
+from millscale.analysis.single_ball.comparison import (
+    Regression,
+    SingleBallRow,
+    place,
+    regressions,
+    single_ball_rows,
+)
 from millscale.analysis.single_ball.windows import common_windows
 from millscale.runs.case_file import is_outdated
 from millscale.runs.case_folder import (
     SCHEMA,
-    FinishedCase,
     case_folders,
     finished_or_reason,
     read_json,
@@ -24,7 +29,6 @@ from millscale.runs.case_folder import (
 )
 from millscale.runs.untrusted import understood
 
-Row = dict[str, Any]
 OUTDATED = "case.json: campaign.toml was changed since; millscale run FILE --runs DIR makes it anew"
 
 
@@ -41,46 +45,45 @@ class Campaign:
 
     runs: Path
     about: dict[str, Any]
-    single: list[FinishedCase]
-    charges: list[FinishedCase]
+    single: list[SingleBall]
+    charges: list[Charge]
     missing: dict[str, str] = field(default_factory=dict)
 
-    @cached_property
-    def rows(self) -> list[Row]:
-        """A row for each single-ball case."""
-        return comparison.single_ball_rows(self.single)
+    @property
+    def cases(self) -> list[SingleBall | Charge]:
+        return [*self.single, *self.charges]
 
     @cached_property
-    def fits(self) -> list[Row]:
-        """A row for each scheme and policy."""
-        return comparison.regressions(self.rows)
+    def rows(self) -> list[SingleBallRow]:
+        """Return a row for each single-ball case."""
+        return single_ball_rows(self.single)
 
     @cached_property
-    def charge_rows(self) -> list[Row]:
-        """A row for each multi-ball case."""
-        return [_charge_row(case) for case in self.charges]
+    def fits(self) -> list[Regression]:
+        """Return a row for each scheme and policy."""
+        return regressions(self.rows)
 
     @cached_property
     def comparison(self) -> ChargeComparison:
-        """Every multi-ball case against the physical mill; reads their dumps."""
-        return compare_charges([Charge(self.name, case) for case in self.charges])
+        """Return every multi-ball case against the physical mill; reads their dumps."""
+        return compare_charges(self.charges)
 
     @cached_property
-    def checks(self) -> dict[str, Row]:
+    def checks(self) -> dict[str, Check]:
         fits = self.fits if self.of_paper else []
         return campaign_checks(self.rows, fits, self.charges, self.missing)
 
     @property
     def of_paper(self) -> bool:
-        """Whether the physical mill is the paper's, whose numbers stand beside these then."""
-        return all(paper.is_papers_mill(case.case) for case in [*self.single, *self.charges])
+        """Return whether the physical mill is the paper's, whose numbers are shown then."""
+        return all(paper.is_papers_mill(case.case) for case in self.cases)
 
     @property
     def name(self) -> str:
-        return str(self.about.get("name") or self.runs.resolve().name)
+        return campaign_name(self.runs, self.about)
 
     def results(self) -> dict[str, Any]:
-        """Content of report/results.json.
+        """Return the content of report/results.json.
 
         Raises:
             RunFolderError: a result.json or timing.json holds something else than it should.
@@ -93,8 +96,8 @@ class Campaign:
         return {
             "schema": SCHEMA,
             "campaign": self.name,
-            "single_ball": self.rows,
-            "regressions": self.fits,
+            "single_ball": [row.document() for row in self.rows],
+            "regressions": [fit.document() for fit in self.fits],
             "energy_windows": {
                 scheme: {
                     "begin_rad": window.begin,
@@ -104,12 +107,21 @@ class Campaign:
                 }
                 for scheme, window in windows.items()
             },
-            "multi_ball": self.charge_rows,
-            "charge_errors": self.comparison.rows,
-            "charge_schemes": self.comparison.schemes,
-            "checks": self.checks,
+            "multi_ball": [_charge_document(charge) for charge in self.charges],
+            "charge_errors": [row.document() for row in self.comparison.rows],
+            "charge_schemes": [row.document() for row in self.comparison.schemes],
+            "checks": {name: asdict(check) for name, check in self.checks.items()},
             "missing": self.missing,
         }
+
+
+def campaign_name(runs: Path, about: dict[str, Any]) -> str:
+    """Return the name of the campaign of a runs folder.
+
+    Args:
+        about: content of campaign.json.
+    """
+    return str(about.get("name") or runs.resolve().name)
 
 
 def load_campaign(runs: Path) -> Campaign:
@@ -118,52 +130,40 @@ def load_campaign(runs: Path) -> Campaign:
     Raises:
         RunFolderError: it holds no campaign.
     """
+    runs = Path(runs)
     folders = case_folders(runs)
     about = read_json(runs / "campaign.json", "millscale generate FILE --runs DIR")
-    finished, missing = [], {}
+    single, charges, missing = [], [], {}
     for folder in folders:
         found = finished_or_reason(folder)
         if isinstance(found, str):
             missing[folder.name] = found
         elif is_outdated(about, found.case):
             missing[folder.name] = OUTDATED
+        elif found.case.kind == "single-ball":
+            single.append(SingleBall(found))
         else:
-            finished.append(found)
-    finished.sort(key=comparison.place)
-    single = [case for case in finished if case.case["kind"] == "single-ball"]
-    charges = [case for case in finished if case.case["kind"] == "multi-ball"]
-    return Campaign(Path(runs), about, single, charges, missing)
+            charges.append(Charge(found, campaign_name(runs, about)))
+    for cases in (single, charges):
+        damaged = {case: why for case in cases if (why := damage(case))}
+        missing |= {case.id: why for case, why in damaged.items()}
+        cases[:] = sorted((case for case in cases if case not in damaged), key=place)
+    return Campaign(runs, about, single, charges, missing)
 
 
-def settling_time(case: FinishedCase) -> float | None:
-    """Wall time of the settling stage [s], None if it left no record."""
-    try:
-        return read_json(case.folder / "settled.json", "millscale run")["wall_time_s"]
-    except (OSError, ValueError, KeyError):
-        return None
-
-
-def _charge_row(case: FinishedCase) -> Row:
-    document, result, timing = case.case, case.result, case.timing
-    of_paper = paper.is_papers_mill(document)
-    reported = paper.reported_charge(document["S"]) if of_paper else None
+def _charge_document(charge: Charge) -> dict[str, Any]:
+    """Return the row of a multi-ball case in results.json."""
+    case, result, timing = charge.case, charge.result, charge.timing
+    reported = paper.reported_charge(charge.S) if paper.is_papers_mill(case) else None
+    document = result.document()
     return {
-        **{key: document[key] for key in ("id", "scheme", "policy", "S", "seed")},
-        "balls": document["ball"]["count"],
-        "ranks": timing["ranks"],
-        "wall_time_s": timing["wall_time_s"],
-        "settle_wall_time_s": settling_time(case),
-        "particle_steps_per_s_core": timing["particle_steps_per_s_core"],
+        **{key: getattr(case, key) for key in ("id", "scheme", "policy", "S", "seed")},
+        "balls": charge.balls,
+        "ranks": timing.ranks,
+        "wall_time_s": timing.wall_time_s,
+        "settle_wall_time_s": charge.settled.wall_time_s,
+        "particle_steps_per_s_core": timing.particle_steps_per_s_core,
         "paper_wall_time_h": reported["elapsed_h"] if reported else None,
-        **{key: result[key] for key in ("problem", "mean_from_rad", "mean_to_rad")},
-        **result["mean"],
-        "dimensionless": result["dimensionless"],
-        **{
-            key: result[key]
-            for key in (
-                *("pitches", "standard_error", "torque_balance"),
-                *("alternating_torque", "steady"),
-            )
-        },
-        "largest_overlap_over_radius": result["largest_overlap_over_radius"],
+        **result.mean,
+        **{key: document[key] for key in document if key not in ("mean", "ledger")},
     }

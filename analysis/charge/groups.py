@@ -1,4 +1,4 @@
-"""Two groups of multi-ball cases that differ in one thing, each in several seeds: do they agree?
+"""Agreement of two groups of multi-ball cases that differ in one setting, with several seeds each.
 
 Every case of one group is compared with every case of the other. The differences between the seeds
 of a group are the scale for the result.
@@ -7,22 +7,21 @@ of a group are the scale for the result.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from millscale.analysis.charge.pair import compare_two
-from millscale.analysis.charge.scaled_mills import Charge
-from millscale.runs.case_folder import RunFolderError
+from millscale.analysis.charge.measured import Measured, measure
+from millscale.analysis.charge.pair import check_whole
+from millscale.analysis.charge.scaled_mills import Pair
+from millscale.analysis.finished import Charge
+from millscale.analysis.measures import ERRORS, NUMBERS, ErrorColumn
+from millscale.runs.untrusted import RunFolderError
 
-# Errors of a pair that are 0 when its members are the same; overlaps and correlations are 1 then.
-DISTANCES = ("contour_error_mean", "contour_error_max", "massflow_rms_over_mean",
-             "massflow_rotating_rms_over_mean", "power_error")  # fmt: skip
-LIKENESSES = ("curtain_iou_whole", "curtain_iou_upper", "curtain_iou_lower",
-              "massflow_correlation", "massflow_rotating_correlation")  # fmt: skip
+Group = Sequence[Charge]
 
 
-def compare_groups(first: Sequence[Charge], second: Sequence[Charge]) -> dict[str, Any]:
-    """Distances between the groups and within them, and differences of their means.
+def compare_groups(first: Group, second: Group) -> dict[str, Any]:
+    """Return distances between the groups and within them, and differences of their means.
 
     A distance is an error of docs/reference/files.md, or 1 minus an overlap or correlation.
     The groups agree in a distance if its mean between them is no larger than the largest within
@@ -37,28 +36,49 @@ def compare_groups(first: Sequence[Charge], second: Sequence[Charge]) -> dict[st
     for group in (first, second):
         if len(group) < 2:
             raise RunFolderError(
-                group[0].finished.folder, "one case alone has no spread", "give two seeds or more"
+                group[0].folder, "one case alone has no spread", "give two seeds or more"
             )
-    between = [_distances(a, b) for a, b in itertools.product(first, second)]
-    within = [_distances(*two) for g in (first, second) for two in itertools.combinations(g, 2)]
+    measured = measure([*first, *second], [*_between(first, second), *_within(first, second)])
+    check_whole(measured)
+    return agreement(first, second, measured)
+
+
+def agreement(first: Group, second: Group, measured: Measured) -> dict[str, Any]:
+    """Return the result of `compare_groups` for charges that are measured."""
+
+    def distances(error: ErrorColumn, pairs: Iterable[Pair]) -> list[float]:
+        return _known(error.distance(measured.errors[pair].steady(error.name)) for pair in pairs)
+
+    def means(name: str, group: Group) -> list[float]:
+        return _known(measured.numbers[charge][name] for charge in group)
+
+    compared = {
+        error.distance_name: (
+            distances(error, _between(first, second)),
+            distances(error, _within(first, second)),
+        )
+        for error in ERRORS
+        if not error.by_curtain
+    }
+    numbers = {x.name: (means(x.name, first), means(x.name, second)) for x in NUMBERS}
     return {
         "first": [charge.id for charge in first],
         "second": [charge.id for charge in second],
-        "distances": {
-            name: _verdict([d[name] for d in between], [d[name] for d in within])
-            for name in between[0]
-        },
-        "means": {name: _means(name, first, second) for name in first[0].result["dimensionless"]},
+        "distances": {name: _verdict(*both) for name, both in compared.items() if all(both)},
+        "means": {name: _means(*both) for name, both in numbers.items() if all(both)},
     }
 
 
-def _distances(a: Charge, b: Charge) -> dict[str, float]:
-    pair = compare_two(a, b)
-    known = pair | pair["mean_over_angles"]
-    found = {name: abs(known[name]) for name in DISTANCES if known.get(name) is not None}
-    return found | {
-        f"1 - {name}": 1.0 - known[name] for name in LIKENESSES if known.get(name) is not None
-    }
+def _between(first: Group, second: Group) -> list[Pair]:
+    return list(itertools.product(first, second))
+
+
+def _within(first: Group, second: Group) -> list[Pair]:
+    return [pair for group in (first, second) for pair in itertools.combinations(group, 2)]
+
+
+def _known(values: Iterable[float | None]) -> list[float]:
+    return [value for value in values if value is not None]
 
 
 def _verdict(between: Sequence[float], within: Sequence[float]) -> dict[str, Any]:
@@ -71,10 +91,9 @@ def _verdict(between: Sequence[float], within: Sequence[float]) -> dict[str, Any
     }
 
 
-def _means(name: str, first: Sequence[Charge], second: Sequence[Charge]) -> dict[str, Any]:
-    values = [[charge.result["dimensionless"][name] for charge in g] for g in (first, second)]
-    a, b = (sum(v) / len(v) for v in values)
-    largest = max(max(v) - min(v) for v in values)
+def _means(first: Sequence[float], second: Sequence[float]) -> dict[str, Any]:
+    a, b = (sum(values) / len(values) for values in (first, second))
+    largest = max(max(values) - min(values) for values in (first, second))
     return {
         "first": a,
         "second": b,
@@ -85,7 +104,7 @@ def _means(name: str, first: Sequence[Charge], second: Sequence[Charge]) -> dict
 
 
 def markdown(compared: Mapping[str, Any]) -> str:
-    """Both parts as one table."""
+    """Return both parts as one table."""
     lines = ["| quantity | between groups | between seeds, largest | agree |", "|---|---|---|---|"]
     for name, found in compared["distances"].items():
         lines.append(_line(name, found["between"], found["within_largest"], found["agree"]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from millscale.analysis.charge.steady import (
     standard_error,
     trend,
 )
+from millscale.analysis.result_file import ChargeResult, Steadiness, TorqueBalance
+from millscale.runs.case_file import Case
 from millscale.runs.series import Series
 
 # Means over the steady part, by their name in result.json.
@@ -24,25 +26,40 @@ _MEANS = (
 )
 
 
-def charge_scales(case: dict[str, Any], series: Series) -> dict[str, float]:
-    """Mass of the charge M [kg] and what its series are made dimensionless with: energy
-    M (omega R)^2 [J], torque M g R [N m], power M g R omega [W], length R [m].
+@dataclass(frozen=True)
+class ChargeScales:
+    """What makes the quantities of a charge dimensionless.
 
-    M is that of the balls in the series: balls drawn from a spread of sizes have not their mean.
+    Attributes:
+        mass: M [kg], that of the balls in the series: balls of several sizes have not their mean.
+        energy: M (omega R)^2 [J].
+        torque: M g R [N m].
+        power: M g R omega [W].
+        length: R [m].
     """
-    mill, mass = case["mill"], float(series["mass_kg"][0])
-    torque = mass * mill["gravity_m_s2"] * mill["radius_m"]
-    return {
-        "mass": mass,
-        "energy": mass * (mill["omega_rad_s"] * mill["radius_m"]) ** 2,
-        "torque": torque,
-        "power": torque * mill["omega_rad_s"],
-        "length": mill["radius_m"],
-    }
+
+    mass: float
+    energy: float
+    torque: float
+    power: float
+    length: float
 
 
-def charge_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
-    """Means over the window of `steady.choose_window`, in SI units and over `charge_scales`.
+def charge_scales(case: Case, series: Series) -> ChargeScales:
+    """Return the scales of a charge."""
+    mill, mass = case.mill, float(series["mass_kg"][0])
+    torque = mass * mill.gravity_m_s2 * mill.radius_m
+    return ChargeScales(
+        mass=mass,
+        energy=mass * (mill.omega_rad_s * mill.radius_m) ** 2,
+        torque=torque,
+        power=torque * mill.omega_rad_s,
+        length=mill.radius_m,
+    )
+
+
+def charge_result(case: Case, series: Series) -> ChargeResult:
+    """Return means over the window of `steady.choose_window`, in SI units and dimensionless.
 
     Torque and power are those of the drive, positive when the charge is lifted: the work done in
     the window over mill angle and time. `torque_balance` sets them against the charge's weight and
@@ -50,79 +67,72 @@ def charge_result(case: dict[str, Any], series: Series) -> dict[str, Any]:
     """
     angle, time = series["mill_angle_rad"], series["time_s"]
     scales = charge_scales(case, series)
-    pitch = lifter_pitch(case["mill"]["lifters"])
+    pitch = lifter_pitch(case.mill.lifters)
     window = choose_window(angle, [series["centre_x_m"], series["kinetic_translation_J"]], pitch)
     work, duration = window.change(angle, series["drive_work_J"]), window.change(angle, time)
     balance = torque_balance(series, scales, window)
     mean = {name: window.mean(angle, series[name]) for name in _MEANS}
     mean |= {
-        "drive_torque_Nm": balance["summed_Nm"],
+        "drive_torque_Nm": balance.summed_Nm,
         "power_W": work / duration,
         "flying_share": window.mean(angle, series["balls_in_flight"] / series["balls"]),
     }
-    by_momentum, by_weight = balance["angular_momentum_Nm"], balance["weight_Nm"]
+    by_momentum, by_weight = balance.angular_momentum_Nm, balance.weight_Nm
     alternating = series["alternating_torque_Nm"][(angle > window.begin) & (angle <= window.end)]
-    return {
-        "problem": _problem(case, series),
-        "mean_from_rad": window.begin,
-        "mean_to_rad": window.end,
-        "pitches": window.pitches,
-        "mean": mean,
-        "dimensionless": {
-            "kinetic": mean["kinetic_translation_J"] / scales["energy"],
-            "kinetic_rotation": mean["kinetic_rotation_J"] / scales["energy"],
-            "torque": mean["drive_torque_Nm"] / scales["torque"],
-            "power": mean["power_W"] / scales["power"],
-            "centre_x": mean["centre_x_m"] / scales["length"],
-            "centre_z": mean["centre_z_m"] / scales["length"],
+    return ChargeResult(
+        problem=_problem(case, series),
+        mean_from_rad=window.begin,
+        mean_to_rad=window.end,
+        pitches=window.pitches,
+        mean=mean,
+        dimensionless={
+            "kinetic": mean["kinetic_translation_J"] / scales.energy,
+            "kinetic_rotation": mean["kinetic_rotation_J"] / scales.energy,
+            "torque": mean["drive_torque_Nm"] / scales.torque,
+            "power": mean["power_W"] / scales.power,
+            "centre_x": mean["centre_x_m"] / scales.length,
+            "centre_z": mean["centre_z_m"] / scales.length,
         },
-        "standard_error": _standard_errors(series, scales, window),
-        "torque_balance": balance,
-        "alternating_torque": float(np.sqrt(np.mean(alternating**2))) / scales["torque"],
-        "steady": _steady(series, window, by_momentum / by_weight if by_weight else None),
-        "largest_overlap_over_radius": _largest_overlap(case, series),
-        "rotation_angle_rad": float(angle[-1]),
-    }
+        standard_error=_standard_errors(series, scales, window),
+        torque_balance=balance,
+        alternating_torque=float(np.sqrt(np.mean(alternating**2))) / scales.torque,
+        steady=_steady(series, window, by_momentum / by_weight if by_weight else None),
+        largest_overlap_over_radius=_largest_overlap(case, series),
+        rotation_angle_rad=float(angle[-1]),
+    )
 
 
-def torque_balance(series: Series, scales: dict[str, float], window: Window) -> dict[str, float]:
-    """Mean torque of the drive over a window [N m] by its work, and what the charge's weight and
-    the change of its angular momentum ask for; difference of the two ways over M g R.
-
-    Args:
-        scales: of `charge_scales`.
-    """
+def torque_balance(series: Series, scales: ChargeScales, window: Window) -> TorqueBalance:
+    """Return the mean torque of the drive over a window by its work, and by the charge's weight and
+    the change of its angular momentum."""
     angle = series["mill_angle_rad"]
     duration = window.change(angle, series["time_s"])
     summed = window.change(angle, series["drive_work_J"]) / (window.end - window.begin)
-    by_weight = -scales["torque"] / scales["length"] * window.mean(angle, series["centre_x_m"])
+    by_weight = -scales.torque / scales.length * window.mean(angle, series["centre_x_m"])
     by_momentum = window.change(angle, series["angular_momentum_Nms"]) / duration
-    return {
-        "summed_Nm": summed,
-        "weight_Nm": by_weight,
-        "angular_momentum_Nm": by_momentum,
-        "difference": (summed - by_weight - by_momentum) / scales["torque"],
-    }
+    difference = (summed - by_weight - by_momentum) / scales.torque
+    return TorqueBalance(summed, by_weight, by_momentum, difference)
 
 
 def _standard_errors(
-    series: Series, scales: dict[str, float], window: Window
+    series: Series, scales: ChargeScales, window: Window
 ) -> dict[str, float | None]:
-    """Of the dimensionless means, from the scatter of the pitches; None without pitches."""
+    """Return the standard errors of dimensionless means, from the scatter of the pitches; None
+    without pitches."""
     if window.pitches < FEWEST_PITCHES:
         return dict.fromkeys(("kinetic", "torque", "centre_x"))
     angle = series["mill_angle_rad"]
     work = np.interp(window.edges, angle, series["drive_work_J"])
     of_pitches = {
-        "kinetic": window.pitch_means(angle, series["kinetic_translation_J"]) / scales["energy"],
-        "torque": np.diff(work) / np.diff(window.edges) / scales["torque"],
-        "centre_x": window.pitch_means(angle, series["centre_x_m"]) / scales["length"],
+        "kinetic": window.pitch_means(angle, series["kinetic_translation_J"]) / scales.energy,
+        "torque": np.diff(work) / np.diff(window.edges) / scales.torque,
+        "centre_x": window.pitch_means(angle, series["centre_x_m"]) / scales.length,
     }
     return {name: standard_error(values) for name, values in of_pitches.items()}
 
 
-def _steady(series: Series, window: Window, momentum_share: float | None) -> dict[str, Any]:
-    """Whether the charge is steady in the window, and the numbers that say so.
+def _steady(series: Series, window: Window, momentum_share: float | None) -> Steadiness:
+    """Return whether the charge is steady in the window, and the numbers that say so.
 
     Args:
         momentum_share: torque that changes the angular momentum over that against the weight.
@@ -147,23 +157,17 @@ def _steady(series: Series, window: Window, momentum_share: float | None) -> dic
         reasons.append(
             f"its angular momentum changes: {100.0 * momentum_share:+.1f} % of the torque"
         )
-    return {
-        "is_steady": not reasons,
-        "reasons": reasons,
-        "centre_x_drift": drift,
-        "centre_x_drift_error": error,
-        "angular_momentum_share": momentum_share,
-    }
+    return Steadiness(not reasons, tuple(reasons), drift, error, momentum_share)
 
 
-def _largest_overlap(case: dict[str, Any], series: Series) -> float | None:
+def _largest_overlap(case: Case, series: Series) -> float | None:
     if "largest_overlap_m" not in series:
         return None
-    return float(series["largest_overlap_m"].max() / case["ball"]["radius_m"])
+    return float(series["largest_overlap_m"].max() / case.ball.radius_m)
 
 
-def _problem(case: dict[str, Any], series: Series) -> str | None:
-    count = case["ball"]["count"]
+def _problem(case: Case, series: Series) -> str | None:
+    count = case.ball.count
     fewest, most = series["balls"].min(), series["balls"].max()
     if fewest == most == count:
         return None

@@ -1,159 +1,188 @@
-"""A row of results.json for each multi-ball case."""
+"""A row for each charge: what it is, what it is compared with, how far it is from that."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from millscale.analysis.charge.errors import (
-    FLOW_ERRORS,
-    SHAPE_ERRORS,
-    flow_errors,
-    mean_known,
-    power_error,
-    shape_errors,
-)
-from millscale.analysis.charge.scaled_mills import Charge, reference_of
+from millscale.analysis.charge.measured import Measured
+from millscale.analysis.charge.pair_errors import PairErrors, mean_of_pairs, no_errors
+from millscale.analysis.charge.scaled_mills import Charges, ScaledMill
+from millscale.analysis.finished import Charge
+from millscale.analysis.means import deviation
+from millscale.analysis.measures import ERRORS
 from millscale.analysis.shapes.shape import Shape, contour_grid
-from millscale.runs.case_folder import RunFolderError, read_json
 
-Row = dict[str, Any]
-SERIES_MEANS = ("toe_angle_rad", "shoulder_angle_rad")
-SETTLED = ("largest_overlap_over_radius", "bulk_fraction")
+SERIES_COLUMNS = ("box_fixed_mass_fraction", "toe_angle_rad", "shoulder_angle_rad")
 
 
 @dataclass(frozen=True)
-class Last:
-    """The last mill angle of the comparison [rad] and the shape of a charge there, None if it has
-    no dump at it."""
+class ChargeRow:
+    """A charge against its reference.
 
-    mill_angle: float | None
-    shape: Shape | None
-
-
-def all_errors(charge: Charge, reference: Charge, by_angle: dict[float, Row]) -> Row:
-    """Errors of one charge against another: shapes at the last common mill angle and in the mean
-    over those in the windows of both, mass flow, power."""
-    last = max(by_angle, default=None)
-    at_last = by_angle[last] if last is not None else shape_errors(None, None)
-    begin = max(charge.steady_from, reference.steady_from)
-    steady = {angle: row for angle, row in by_angle.items() if angle >= begin}
-    return {
-        "mill_angle_rad": last,
-        **at_last,
-        "mean_over_angles": {
-            "from_rad": min(steady, default=None),
-            "to_rad": last,
-            "angles": len(steady),
-            **{key: mean_known(row[key] for row in steady.values()) for key in SHAPE_ERRORS},
-        },
-        **flow_errors(charge, reference),
-        "power_error": power_error(charge, reference),
-    }
-
-
-def charge_row(charge: Charge, charges: list[Charge], errors: dict, last: Last) -> Row:
-    """What a charge is, what it is compared with, and how far it is from that.
-
-    Args:
-        errors: of `all_errors`, by the keys of two charges.
+    Attributes:
+        mill: all seeds of its scaled mill.
+        numbers: of `measures.NUMBERS`, by name.
+        shape: at the last mill angle of the comparison; None without a dump there.
+        seed_spread: standard deviation over the seeds of each error, and of power_W; None for one
+            seed.
+        between_seeds: errors of the seeds against one another, in the mean over the pairs. An error
+            no larger than these may be chance. Of a mill with one seed they are those of `lender`.
+        lender: the scaled mill whose seeds they are of; None if no mill has several.
+        not_measured: what the row lacks, and why.
     """
-    case, reference = charge.case, reference_of(charge, charges)
-    measured = errors.get((charge.key, reference.key), _no_errors(last))
-    same_ranks = charge.timing["ranks"] == reference.timing["ranks"]
-    series_means = {name: _steady_mean(charge, name) for name in SERIES_MEANS}
-    return {
-        "campaign": charge.campaign,
-        **{key: case[key] for key in ("id", "scheme", "policy", "S", "seed")},
-        "stiffness": charge.stiffness,
-        "balls": case["ball"]["count"],
-        "total_mass_kg": charge.mass,
-        "balls_per_length_scaled_1_m": charge.filling,
-        "simulated_length_m": case["mill"]["simulated_length_m"],
-        "length_share": case["mill"]["simulated_length_m"] / case["mill"]["length_m"],
-        "reference": reference.id,
-        "reference_campaign": reference.campaign,
-        "reference_S": reference.S,
-        "is_reference": reference is charge,
-        "wall_time_s": charge.timing["wall_time_s"],
-        "processor_time_s": charge.timing.get("processor_time_s"),
-        "ranks": charge.timing["ranks"],
-        "speed_up": _speed_up(charge, reference) if same_ranks else None,
-        "power_W": charge.result["mean"]["power_W"],
-        "power_dimensionless": charge.result["dimensionless"]["power"],
-        "max_overlap": charge.result["largest_overlap_over_radius"],
-        **series_means,
-        "settled": _settled(charge),
-        "contour_resolution": contour_grid(case).resolution,
-        **_of_shape(last.shape),
-        **measured,
-        "not_measured": _not_measured(charge, last.shape),
-    }
 
+    charge: Charge
+    reference: Charge
+    mill: ScaledMill
+    errors: PairErrors
+    numbers: Mapping[str, float | None]
+    shape: Shape | None
+    seed_spread: Mapping[str, float | None] | None
+    between_seeds: PairErrors | None
+    lender: ScaledMill | None
+    not_measured: tuple[str, ...]
 
-def _speed_up(charge: Charge, reference: Charge) -> float:
-    """In processor time, which a shared machine lengthens less than wall time, where both tell."""
-    key = "processor_time_s"
-    if not all(each.timing.get(key) for each in (charge, reference)):
-        key = "wall_time_s"
-    return reference.timing[key] / charge.timing[key]
+    @property
+    def is_reference(self) -> bool:
+        return self.reference is self.charge
 
+    @property
+    def length_share(self) -> float:
+        """Return the simulated length over that of the scaled mill: below 1 in a slice."""
+        mill = self.charge.case.mill
+        return mill.simulated_length_m / mill.length_m
 
-def _no_errors(last: Last) -> Row:
-    """The errors of a reference: none."""
-    return {
-        "mill_angle_rad": last.mill_angle if last.shape else None,
-        **shape_errors(None, None),
-        "mean_over_angles": None,
-        **dict.fromkeys(FLOW_ERRORS),
-        "power_error": None,
-    }
+    @property
+    def speed_up(self) -> float | None:
+        """Return the time of the reference over its own; None if their ranks differ.
 
+        Processor time, which a shared machine lengthens less than wall time, where both have it.
+        """
+        ours, theirs = self.charge.timing, self.reference.timing
+        if ours.ranks != theirs.ranks:
+            return None
+        if ours.processor_time_s and theirs.processor_time_s:
+            return theirs.processor_time_s / ours.processor_time_s
+        return theirs.wall_time_s / ours.wall_time_s
 
-def _of_shape(shape: Shape | None) -> Row:
-    """What a shape says by itself: distance of the two methods' surfaces, the curtains."""
-    if shape is None:
-        return {"bulk_fraction": None, "contour_second_method": None, "curtains": None}
-    curtains = None
-    if shape.curtains is not None:
-        curtains = {
-            str(n): {"lifter": c.lifter, "balls": len(c.centres), "width": c.width}
-            for n, c in shape.curtains.items()
+    def document(self) -> dict[str, Any]:
+        """Return the row of results.json; keys and units: docs/reference/files.md."""
+        charge, reference, settled = self.charge, self.reference, self.charge.settled
+        return {
+            **{key: getattr(charge, key) for key in ("campaign", "id", "scheme", "policy", "S")},
+            "seed": charge.seed,
+            "stiffness": charge.stiffness,
+            "balls": charge.balls,
+            "total_mass_kg": charge.mass,
+            "balls_per_length_scaled_1_m": charge.balls_per_length_scaled,
+            "simulated_length_m": charge.case.mill.simulated_length_m,
+            "length_share": self.length_share,
+            "reference": reference.id,
+            "reference_campaign": reference.campaign,
+            "reference_S": reference.S,
+            "is_reference": self.is_reference,
+            "wall_time_s": charge.timing.wall_time_s,
+            "processor_time_s": charge.timing.processor_time_s,
+            "ranks": charge.timing.ranks,
+            "speed_up": self.speed_up,
+            "power_W": charge.result.mean["power_W"],
+            "power_dimensionless": charge.result.dimensionless["power"],
+            "max_overlap": charge.result.largest_overlap_over_radius,
+            "toe_angle_rad": self.numbers["toe_angle_rad"],
+            "shoulder_angle_rad": self.numbers["shoulder_angle_rad"],
+            "numbers": dict(self.numbers),
+            "settled": {
+                "largest_overlap_over_radius": settled.largest_overlap_over_radius,
+                "bulk_fraction": settled.bulk_fraction,
+            },
+            "contour_resolution": contour_grid(charge.case).resolution,
+            **self._of_shape(),
+            **self.errors.document(),
+            "seeds": len(self.mill.seeds),
+            "seed_spread": self.seed_spread,
+            "between_seeds": self.between_seeds and self.between_seeds.document(),
+            "between_seeds_of": self.lender and self.lender.first.id,
+            "not_measured": list(self.not_measured),
         }
-    return {
-        "bulk_fraction": shape.contour.bulk_fraction,
-        "contour_second_method": shape.method_distance,
-        "curtains": curtains,
+
+    def _of_shape(self) -> dict[str, Any]:
+        """Return what the last shape says by itself: distance of the two methods' surfaces, the
+        curtains."""
+        if self.shape is None:
+            return {"bulk_fraction": None, "contour_second_method": None, "curtains": None}
+        curtains = None
+        if self.shape.curtains is not None:
+            curtains = {
+                str(n): {"lifter": c.lifter, "balls": len(c.centres), "width": c.width}
+                for n, c in self.shape.curtains.items()
+            }
+        return {
+            "bulk_fraction": self.shape.contour.bulk_fraction,
+            "contour_second_method": self.shape.method_distance,
+            "curtains": curtains,
+        }
+
+
+def charge_rows(charges: Charges, measured: Measured) -> list[ChargeRow]:
+    """Return a row for each charge, in their order."""
+    errors = {charge: _errors(charge, charges, measured) for charge in charges}
+    return [_row(charge, charges, measured, errors) for charge in charges]
+
+
+def between_seeds(mill: ScaledMill, measured: Measured) -> PairErrors:
+    """Return the errors of the seeds of a mill against one another, mean over the pairs."""
+    return mean_of_pairs([measured.errors[pair] for pair in mill.pairs()])
+
+
+def _errors(charge: Charge, charges: Charges, measured: Measured) -> PairErrors:
+    pair = charge, charges.reference_of(charge)
+    if pair in measured.errors:
+        return measured.errors[pair]
+    has_shape = measured.last_shape(charge) is not None
+    return no_errors(max(measured.shapes, default=None) if has_shape else None)
+
+
+def _row(
+    charge: Charge, charges: Charges, measured: Measured, errors: Mapping[Charge, PairErrors]
+) -> ChargeRow:
+    mill, lender = charges.mill_of(charge), charges.with_seeds_near(charge)
+    shape = measured.last_shape(charge)
+    return ChargeRow(
+        charge=charge,
+        reference=charges.reference_of(charge),
+        mill=mill,
+        errors=errors[charge],
+        numbers=measured.numbers[charge],
+        shape=shape,
+        seed_spread=_seed_spread(mill, errors) if len(mill.seeds) > 1 else None,
+        between_seeds=between_seeds(lender, measured) if lender else None,
+        lender=lender,
+        not_measured=(
+            *_not_measured(charge, shape),
+            *(str(problem) for problem in measured.problems[charge]),
+        ),
+    )
+
+
+def _seed_spread(mill: ScaledMill, errors: Mapping[Charge, PairErrors]) -> dict[str, float | None]:
+    spread = {
+        error.name: deviation([errors[seed].values[error.name] for seed in mill.seeds])
+        for error in ERRORS
+        if not error.by_curtain
     }
-
-
-def _settled(charge: Charge) -> Row:
-    """Of the bed at rest, from settled.json: largest overlap over ball radius, bulk fraction."""
-    try:
-        settled = read_json(charge.finished.folder / "settled.json", "millscale run")
-    except RunFolderError:
-        settled = {}
-    return {name: settled.get(name) for name in SETTLED}
-
-
-def _steady_mean(charge: Charge, column: str) -> float | None:
-    if not charge.has(column):
-        return None
-    angle = charge.series["mill_angle_rad"]
-    inside = (angle >= charge.steady_from) & (angle <= charge.result["mean_to_rad"])
-    return float(np.mean(charge.series[column][inside]))
+    return spread | {"power_W": deviation([seed.result.mean["power_W"] for seed in mill.seeds])}
 
 
 def _not_measured(charge: Charge, shape: Shape | None) -> list[str]:
-    """What a row lacks, and why."""
-    said = []
+    """Return what a row lacks, and why."""
+    lacks = []
     if shape is None:
-        said.append("contour, curtains: no dump at the mill angle at which shapes are compared")
+        lacks.append("contour, curtains: no dump at the mill angle at which shapes are compared")
     elif shape.curtains is None:
-        said.append(f"curtains: {shape.problem}")
-    absent = [name for name in ("box_fixed_mass_fraction", *SERIES_MEANS) if not charge.has(name)]
+        lacks.append(f"curtains: {shape.problem}")
+    absent = [name for name in SERIES_COLUMNS if not charge.has(name)]
     if absent:
-        said.append(f"series.csv has no column {', '.join(absent)}")
-    return said
+        lacks.append(f"series.csv has no column {', '.join(absent)}")
+    return lacks

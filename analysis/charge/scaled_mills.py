@@ -1,123 +1,140 @@
-"""Multi-ball cases as models of one mill: which are seeds of the same, which is the reference."""
+"""Scaled mills and their references: which charges are seeds of one mill, which are compared.
+
+At S = 1 all schemes and policies are the same mill, the physical one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from itertools import combinations
+from typing import NamedTuple
 
-import numpy as np
+from millscale.analysis.finished import Charge
 
-from millscale.runs.case_folder import SERIES, FinishedCase, is_physical
-from millscale.runs.series import Series, read_series
+Pair = tuple[Charge, Charge]
 
-Model = tuple[str, str, str, str, float]
+
+class MillName(NamedTuple):
+    """What all seeds of a scaled mill share."""
+
+    campaign: str
+    scheme: str
+    policy: str
+    stiffness: str
+    S: float
+
+
+@dataclass(frozen=True, eq=False)
+class ScaledMill:
+    """The finished charges of one scaled mill, which differ in the packing alone, by seed."""
+
+    name: MillName
+    seeds: tuple[Charge, ...]
+
+    @property
+    def first(self) -> Charge:
+        return self.seeds[0]
+
+    @property
+    def is_physical(self) -> bool:
+        return self.first.case.is_physical
+
+    def pairs(self) -> list[Pair]:
+        """Return every two of its seeds, once."""
+        return list(combinations(self.seeds, 2))
+
+
+def scaled_mills(charges: Sequence[Charge]) -> list[ScaledMill]:
+    """Return the scaled mills of some charges, in their order."""
+    groups: dict[MillName, list[Charge]] = {}
+    for charge in charges:
+        groups.setdefault(mill_name(charge), []).append(charge)
+    return [
+        ScaledMill(name, tuple(sorted(group, key=lambda charge: charge.seed)))
+        for name, group in groups.items()
+    ]
+
+
+def mill_name(charge: Charge) -> MillName:
+    """Return the name of the scaled mill of a charge."""
+    return MillName(charge.campaign, charge.scheme, charge.policy, charge.stiffness, charge.S)
 
 
 @dataclass(frozen=True)
-class Charge:
-    """A finished multi-ball case and the name of its campaign."""
+class Charges:
+    """All charges that are compared with one another, and what each is compared with."""
 
-    campaign: str
-    finished: FinishedCase
+    every: tuple[Charge, ...]
 
-    @property
-    def case(self) -> dict[str, Any]:
-        return self.finished.case
-
-    @property
-    def result(self) -> dict[str, Any]:
-        return self.finished.result
-
-    @property
-    def timing(self) -> dict[str, Any]:
-        return self.finished.timing
+    def __iter__(self) -> Iterator[Charge]:
+        return iter(self.every)
 
     @cached_property
-    def series(self) -> Series:
-        return read_series(self.finished.folder / SERIES, "multi-ball")
+    def mills(self) -> list[ScaledMill]:
+        return scaled_mills(self.every)
 
-    def has(self, column: str) -> bool:
-        """Whether the series has a column; of nan is as good as none: a plain drum has no box."""
-        return column in self.series and bool(np.isfinite(self.series[column]).all())
+    @cached_property
+    def _mill_of(self) -> dict[Charge, ScaledMill]:
+        return {charge: mill for mill in self.mills for charge in mill.seeds}
 
-    @property
-    def steady_from(self) -> float:
-        """Mill angle at which the window of its means begins [rad]."""
-        return self.result["mean_from_rad"]
+    def mill_of(self, charge: Charge) -> ScaledMill:
+        """Return the scaled mill that a charge is a seed of."""
+        return self._mill_of[charge]
 
-    @property
-    def id(self) -> str:
-        return self.finished.id
+    def reference_of(self, charge: Charge) -> Charge:
+        """Return what a charge is compared with; itself if it is a seed of the reference.
 
-    @property
-    def key(self) -> tuple[str, str]:
-        """Campaign and id."""
-        return self.campaign, self.id
+        The physical mill of its own campaign, there of its own scheme, policy and stiffness if
+        possible. Else the physical mill of another campaign. Else the largest mill (smallest S) of
+        its own campaign. The first seed of each.
+        """
+        mill = self.mill_of(charge)
+        own = [other for other in self.mills if other.name.campaign == mill.name.campaign]
+        largest = [other for other in own if min(x.name.S for x in own) == other.name.S]
+        physical = [other for other in self.mills if other.is_physical]
 
-    @property
-    def S(self) -> float:
-        return self.case["S"]
+        def likeness(other: ScaledMill) -> tuple:
+            differs = [a != b for a, b in zip(other.name[:4], mill.name[:4], strict=True)]
+            return *differs, other.first.seed
 
-    @property
-    def stiffness(self) -> str:
-        """fixed or overlap-matched; cases from before the choice are fixed."""
-        return self.case["material"].get("stiffness", "fixed")
+        best = min(physical or largest, key=likeness)
+        return charge if best is mill else best.first
 
-    @property
-    def label(self) -> str:
-        """For a legend of models of one scheme."""
-        words = [f"S = {self.S:.4g}"]
-        if self.stiffness != "fixed":
-            words.append("E matched")
-        if self.case["policy"] != "paper":
-            words.append(self.case["policy"])
-        return ", ".join(words)
+    def twin_of(self, charge: Charge) -> Charge | None:
+        """Return the same mill and seed at constant gravity, of a charge at constant speed; of its
+        own campaign if possible."""
+        if charge.scheme != "constant-speed":
+            return None
+        name = mill_name(charge)
+        twins = [
+            other
+            for other in self.every
+            if other.scheme == "constant-gravity"
+            and mill_name(other)[2:] == name[2:]
+            and (other.seed, other.balls) == (charge.seed, charge.balls)
+        ]
+        return min(twins, key=lambda other: other.campaign != charge.campaign, default=None)
 
-    @property
-    def model(self) -> Model:
-        """What all seeds of a model share."""
-        case = self.case
-        return self.campaign, case["scheme"], case["policy"], self.stiffness, case["S"]
+    def with_seeds_near(self, charge: Charge) -> ScaledMill | None:
+        """Return the scaled mill of the same campaign, nearest in S, that has several seeds; its
+        own mill if that has."""
+        own = self.mill_of(charge)
+        several = [
+            mill
+            for mill in self.mills
+            if mill.name.campaign == charge.campaign and len(mill.seeds) > 1
+        ]
 
-    @property
-    def mass(self) -> float:
-        """Mass of the charge [kg]."""
-        return self.case["ball"]["mass_kg"] * self.case["ball"]["count"]
+        def distance(mill: ScaledMill) -> tuple:
+            return mill is not own, abs(mill.name.S - charge.S), mill.name[1:4] != own.name[1:4]
 
-    @property
-    def filling(self) -> float:
-        """Balls a length, in the measure of the physical mill: N S^2 / L [1/m]. The same in
-        models filled alike."""
-        return self.case["ball"]["count"] * self.S**2 / self.case["mill"]["simulated_length_m"]
+        return min(several, key=distance, default=None)
 
-
-def seeds_of(charge: Charge, charges: Sequence[Charge]) -> list[Charge]:
-    """The cases of a charge's model, itself among them, by seed."""
-    same = [other for other in charges if other.model == charge.model]
-    return sorted(same, key=lambda other: other.case["seed"])
-
-
-def reference_of(charge: Charge, charges: Sequence[Charge]) -> Charge:
-    """What a charge is compared with; itself if it is a seed of the reference.
-
-    The physical mill, S = 1, of its own campaign, and there of its own scheme, policy and
-    stiffness if possible: at S = 1 all of them are the same mill. Else that of another campaign.
-    Else the largest mill (smallest S) of its own campaign. The first seed of each.
-    """
-    own = [other for other in charges if other.campaign == charge.campaign]
-    physical = [other for other in charges if is_physical(other.S)]
-    largest = [other for other in own if min(c.S for c in own) == other.S]
-
-    def likeness(other: Charge) -> tuple:
-        differs = [a != b for a, b in zip(other.model[:4], charge.model[:4], strict=True)]
-        return *differs, other.case["seed"]
-
-    best = min(physical or largest, key=likeness)
-    return charge if best.model == charge.model else best
-
-
-def pairs(charges: Sequence[Charge]) -> list[tuple[Charge, Charge]]:
-    """Every two of some charges, once."""
-    return [(a, b) for i, a in enumerate(charges) for b in charges[i + 1 :]]
+    def compared_pairs(self) -> list[Pair]:
+        """Return all pairs to compare: with references, with twins, seeds with one another."""
+        found = [(charge, self.reference_of(charge)) for charge in self.every]
+        found += [(charge, self.twin_of(charge)) for charge in self.every]
+        found += [pair for mill in self.mills for pair in mill.pairs()]
+        return list(dict.fromkeys((a, b) for a, b in found if b is not None and b is not a))

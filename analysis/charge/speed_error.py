@@ -1,102 +1,124 @@
-"""Speed against error: one row for each model, over its seeds."""
+"""Speed against error: one row for each scaled mill, over its seeds."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
-from millscale.analysis.charge.errors import FLOW_ERRORS, SHAPE_ERRORS, deviation, mean_known
+from millscale.analysis.charge.rows import ChargeRow
+from millscale.analysis.charge.scaled_mills import MillName
+from millscale.analysis.means import deviation, mean_known
+from millscale.analysis.measures import ERRORS, Column, ErrorColumn
+from millscale.formats import NONE
 
-Row = dict[str, Any]
-COLUMNS = (
-    ("campaign", "campaign", "{}", 1.0),
-    ("scheme", "scheme", "{}", 1.0),
-    ("stiffness", "E", "{}", 1.0),
-    ("S", "S", "{:.3f}", 1.0),
-    ("balls", "balls", "{:,}", 1.0),
-    ("seeds", "seeds", "{}", 1.0),
-    ("wall_time_s", "wall time [s]", "{:.0f}", 1.0),
-    ("processor_time_s", "processor time [s]", "{:.0f}", 1.0),
-    ("speed_up", "speed-up", "{:.1f}", 1.0),
-    ("contour_error_mean", "contour, mean [%]", "{:.2f}", 100.0),
-    ("contour_error_max", "contour, largest [%]", "{:.1f}", 100.0),
-    ("curtain_iou_upper", "curtains, upper ends", "{:.2f}", 1.0),
-    ("curtain_iou_lower", "curtains, lower ends", "{:.2f}", 1.0),
-    ("massflow_rms", "flow, RMS [% of total]", "{:.3f}", 100.0),
-    ("massflow_correlation", "flow, correlation", "{:.3f}", 1.0),
-    ("power_error", "power [%]", "{:+.2f}", 100.0),
+# Errors that tables and figures of speed against error show.
+SHOWN = tuple(error for error in ERRORS if error.in_tables)
+TIMES = (
+    Column("wall_time_s", "wall time", "s", digits=0),
+    Column("processor_time_s", "processor time", "s", digits=0),
+    Column("speed_up", "speed-up", digits=1),
 )
-MODEL_KEYS = ("campaign", "scheme", "policy", "stiffness", "S")
-ERRORS = (*SHAPE_ERRORS, *FLOW_ERRORS, "power_error")
 
 
-def model_rows(rows: Sequence[Row]) -> list[Row]:
-    """A row for each model: means over its seeds, with their standard deviations.
+@dataclass(frozen=True)
+class OverSeeds:
+    """An error of a scaled mill: mean and standard deviation over its seeds, and the same error
+    between two seeds."""
 
-    Contours and curtains are those of the second half of the rotation (`mean_over_angles`), not of
-    one moment.
+    mean: float | None
+    deviation: float | None
+    between_seeds: float | None
+
+    def text(self, error: ErrorColumn) -> str:
+        """Return mean ± deviation."""
+        if self.mean is None or self.deviation is None:
+            return error.text(self.mean)
+        return f"{error.text(self.mean)} ± {error.text(self.deviation, signed=False)}"
+
+    def between_text(self, error: ErrorColumn) -> str:
+        """Return the error between two seeds; empty if it is not known."""
+        return "" if self.between_seeds is None else error.text(self.between_seeds, signed=False)
+
+
+@dataclass(frozen=True)
+class MillRow:
+    """Speed and errors of a scaled mill, means over its seeds.
+
+    Errors of contours and curtains are those of the steady part of the rotation, not of one moment.
+
+    Attributes:
+        reference: id of the charge that it is compared with.
+        errors: by the name of the error; of a reference without means.
+    """
+
+    name: MillName
+    reference: str
+    is_reference: bool
+    seeds: int
+    balls: int
+    ranks: int
+    wall_time_s: float
+    processor_time_s: float | None
+    speed_up: float | None
+    errors: dict[str, OverSeeds]
+
+    @property
+    def time_s(self) -> float:
+        """Return the processor time, which a shared machine lengthens less, or the wall time."""
+        return self.processor_time_s or self.wall_time_s
+
+
+def mill_rows(rows: Sequence[ChargeRow]) -> list[MillRow]:
+    """Return a row for each scaled mill.
 
     Args:
-        rows: of `charge_comparison.compare_charges`.
-
-    Returns:
-        Rows with MODEL_KEYS; seeds; is_reference; balls, ranks, wall_time_s, speed_up,
-        processor_time_s (or None); each of ERRORS, None for a reference; spread, the standard
-        deviation of each over the seeds, None for one seed; noise, each between two seeds of the
-        model, or of the model that lends its seeds (`noise_of`).
+        rows: of `comparison.compare_charges`.
     """
-    groups: dict[tuple, list[Row]] = {}
+    groups: dict[MillName, list[ChargeRow]] = {}
     for row in rows:
-        groups.setdefault(tuple(row[key] for key in MODEL_KEYS), []).append(row)
-    return [_model_row(group) for group in groups.values()]
+        groups.setdefault(row.mill.name, []).append(row)
+    return [_mill_row(name, group) for name, group in groups.items()]
 
 
-def _model_row(seeds: list[Row]) -> Row:
+def _mill_row(name: MillName, seeds: Sequence[ChargeRow]) -> MillRow:
     first = seeds[0]
-    values = {name: [_error(row, name) for row in seeds] for name in ERRORS}
-    return {
-        **{key: first[key] for key in (*MODEL_KEYS, "balls", "ranks", "reference", "reference_S")},
-        "seeds": len(seeds),
-        "is_reference": any(row["is_reference"] for row in seeds),
-        "wall_time_s": mean_known(row["wall_time_s"] for row in seeds),
-        "processor_time_s": mean_known(row["processor_time_s"] for row in seeds),
-        "speed_up": mean_known(row["speed_up"] for row in seeds),
-        **{name: mean_known(known) for name, known in values.items()},
-        "spread": {name: deviation(known) for name, known in values.items()},
-        "noise": {name: _noise(first, name) for name in ERRORS},
-        "noise_of": first["between_seeds_of"],
-    }
+    return MillRow(
+        name=name,
+        reference=first.reference.id,
+        is_reference=any(row.is_reference for row in seeds),
+        seeds=len(seeds),
+        balls=first.charge.balls,
+        ranks=first.charge.timing.ranks,
+        wall_time_s=mean_known(row.charge.timing.wall_time_s for row in seeds),
+        processor_time_s=mean_known(row.charge.timing.processor_time_s for row in seeds),
+        speed_up=mean_known(row.speed_up for row in seeds),
+        errors={error.name: _over_seeds(error.name, seeds) for error in SHOWN},
+    )
 
 
-def _error(row: Row, name: str) -> float | None:
-    if name in SHAPE_ERRORS:
-        return (row["mean_over_angles"] or {}).get(name)
-    return row[name]
+def _over_seeds(name: str, seeds: Sequence[ChargeRow]) -> OverSeeds:
+    values = [row.errors.steady(name) for row in seeds]
+    between = seeds[0].between_seeds
+    return OverSeeds(mean_known(values), deviation(values), between and between.steady(name))
 
 
-def _noise(row: Row, name: str) -> float | None:
-    return _error(row["between_seeds"], name) if row["between_seeds"] else None
-
-
-def markdown(models: Sequence[Row]) -> str:
-    """Models as a Markdown table: mean over seeds, ± their standard deviation, and in brackets the
-    same between two seeds."""
-    lines = [
-        "| " + " | ".join(title for _, title, _, _ in COLUMNS) + " |",
-        "|---" * len(COLUMNS) + "|",
-    ]
-    for row in models:
-        lines.append("| " + " | ".join(_cell(row, *column) for column in COLUMNS) + " |")
+def markdown(mills: Sequence[MillRow]) -> str:
+    """Return scaled mills as a Markdown table: mean over seeds, ± their standard deviation, and in
+    brackets the same error between two seeds."""
+    titles = ["campaign", "scheme", "E", "S", "balls", "seeds"]
+    titles += [column.heading for column in (*TIMES, *SHOWN)]
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    lines += [f"| {' | '.join(_cells(mill))} |" for mill in mills]
     return "\n".join(lines)
 
 
-def _cell(row: Row, name: str, _title: str, form: str, factor: float) -> str:
-    if row[name] is None:
-        return "–"
-    text = form.format(row[name] if factor == 1.0 else factor * row[name])
-    plain = form.replace("+", "")
-    if row["spread"].get(name) is not None:
-        text += " ± " + plain.format(factor * row["spread"][name])
-    if row["noise"].get(name) is not None:
-        text += " (" + plain.format(factor * row["noise"][name]) + ")"
-    return text
+def _cells(mill: MillRow) -> list[str]:
+    name = mill.name
+    cells = [name.campaign, name.scheme, name.stiffness, f"{name.S:.3f}", f"{mill.balls:,}"]
+    cells += [str(mill.seeds), *(column.text(getattr(mill, column.name)) for column in TIMES)]
+    for error in SHOWN:
+        found = mill.errors[error.name]
+        between = found.between_text(error)
+        shown = found.text(error)
+        cells.append(f"{shown} ({between})" if between and shown != NONE else shown)
+    return cells

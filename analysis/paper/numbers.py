@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+
+from millscale.runs.case_file import Case
 
 TABLES = Path(__file__).parent / "tables"
 _ENERGY_TABLES = {
@@ -16,6 +16,7 @@ _ENERGY_TABLES = {
     "constant-speed": "table9_energy_constant_speed",
 }
 LIFTERS = 25  # in all of Table 4
+CURTAINS = (2, 4, 6, 7)  # Fig. 12
 SAME_S = 1e-3  # S of a case and of a table row; Table 4 prints three decimals
 
 
@@ -57,24 +58,21 @@ def table(name: str) -> tuple[dict[str, float | str], ...]:
     return tuple({key: _number(value) for key, value in row.items()} for row in rows)
 
 
-def is_papers_mill(case: Mapping[str, Any]) -> bool:
-    """Return whether a case.json is of the paper's physical mill, at whatever scale and length."""
+def is_papers_mill(case: Case) -> bool:
+    """Return whether the physical mill of a case is the paper's; its length may be another."""
     geometry, operation = table("table4_geometry")[0], table("table6_constant_gravity")[0]
     ball = next(x for x in table("table5_parameters") if x["parameter"] == "particle_radius")
-    numbers = {
-        "radius_m": 1e-3 * geometry["R_mm"],
-        "lifter_top_radius_m": 1e-3 * geometry["r_mm"],
-        "lifters": LIFTERS,
-        "ball_radius_m": ball["value"],
-        "gravity_m_s2": operation["gravity_m_s2"],
-        "omega_rad_s": operation["omega_rad_s"],
-    }
-    given = case.get("physical") or {}
-    # Rounded as people type them: 9.55 rpm for 1 rad/s.
-    return all(
-        isinstance(given.get(key), int | float) and math.isclose(given[key], number, rel_tol=1e-3)
-        for key, number in numbers.items()
+    mill = case.physical
+    pairs = (
+        (mill.radius_m, 1e-3 * geometry["R_mm"]),
+        (mill.lifter_top_radius_m, 1e-3 * geometry["r_mm"]),
+        (mill.lifters, LIFTERS),
+        (mill.ball_radius_m, ball["value"]),
+        (mill.gravity_m_s2, operation["gravity_m_s2"]),
+        (mill.omega_rad_s, operation["omega_rad_s"]),
     )
+    # Rounded as people type them: 9.55 rpm for 1 rad/s.
+    return all(math.isclose(given, number, rel_tol=1e-3) for given, number in pairs)
 
 
 def scheme_row(rows: tuple[dict, ...], S: float) -> dict | None:

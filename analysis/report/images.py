@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import Campaign
 from millscale.analysis.single_ball import comparison
 from millscale.report.figures import charge as charge_figures
 from millscale.report.figures import single_ball as figures
-from millscale.report.figures.energy_budget import energy_account
+from millscale.report.figures.energy_budget import energy_budget_figure
 from millscale.report.picture_process import draw_pictures
-from millscale.runs.case_folder import FinishedCase, RunFolderError
+from millscale.runs.untrusted import RunFolderError
 
 DPI = 170
 FINEST_PICTURES_RAD = 0.5
@@ -56,15 +56,15 @@ class ChargeFigures:
 
 
 def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
-    """Figs. 6 and 7 for each policy, both schemes."""
+    """Draw Figs. 6 and 7 for each policy, all schemes."""
     drawn: dict[str, PolicyFigures] = {}
-    for (scheme, policy), tracks in _tracks(campaign):
+    for (scheme, policy), balls in comparison.by_policy(campaign.single).items():
         entry = drawn.setdefault(policy, PolicyFigures(policy, [], []))
         name = f"{scheme}-{policy}"
         for over, unit in ((False, "in metres"), (True, "over the mill radius R")):
             entry.trajectories.append(
                 save_image(
-                    figures.trajectories(tracks, over_radius=over),
+                    figures.trajectories(balls, over_radius=over),
                     to / f"fig6-{name}{'-over-R' if over else ''}.png",
                     f"{words(scheme)}, {unit}",
                 )
@@ -72,7 +72,7 @@ def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
         for over, unit in ((False, "[J]"), (True, "over the predicted ratio")):
             entry.energies.append(
                 save_image(
-                    figures.energy_curves(tracks, over_prediction=over),
+                    figures.energy_curves(balls, over_prediction=over),
                     to / f"fig7-{name}{'-over-prediction' if over else ''}.png",
                     f"{words(scheme)}, {unit}",
                 )
@@ -81,73 +81,67 @@ def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
 
 
 def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:
-    """Fig. 8 by scheme."""
+    """Draw Fig. 8 of each scheme."""
     return {
         scheme: save_image(
             figures.energy_ratios(scheme, list(rows), campaign.of_paper),
             to / f"fig8-{scheme}.png",
             f"{words(scheme)}: energy ratio against its prediction",
         )
-        for scheme, rows in groupby(campaign.rows, key=lambda row: row["scheme"])
+        for scheme, rows in groupby(campaign.rows, key=lambda row: row.scheme)
     }
 
 
 def charge_overview(campaign: Campaign, to: Path) -> Image | None:
-    """All multi-ball cases in one dimensionless figure."""
+    """Draw all multi-ball cases in one dimensionless figure."""
     if not campaign.charges:
         return None
     figure = charge_figures.charge_series(campaign.charges, dimensionless=True)
     return save_image(figure, to / "charges.png", "all cases, dimensionless")
 
 
-def charge_images(case: FinishedCase, to: Path) -> ChargeFigures:
-    """Pictures (Figs. 9 and 10) and time series of one multi-ball case."""
+def charge_images(charge: Charge, to: Path) -> ChargeFigures:
+    """Draw pictures (Figs. 9 and 10) and time series of one multi-ball case."""
     series = [
         save_image(
-            charge_figures.charge_series([case], dimensionless=False),
-            to / f"{case.id}-series.png",
+            charge_figures.charge_series([charge], dimensionless=False),
+            to / f"{charge.id}-series.png",
             "energies, torque, power, centre of mass",
         ),
         save_image(
-            charge_figures.charge_states(case), to / f"{case.id}-states.png", "where the balls are"
+            charge_figures.charge_states(charge),
+            to / f"{charge.id}-states.png",
+            "balls on the wall, in the bed and in flight",
         ),
     ]
-    if "ledger" in case.result:
+    if charge.result.ledger is not None:
         series.append(
             save_image(
-                energy_account(case.result["ledger"]),
-                to / f"{case.id}-ledger.png",
-                "where the work of the mill goes, and the impacts of a revolution",
+                energy_budget_figure(charge.result.ledger),
+                to / f"{charge.id}-ledger.png",
+                "dissipation by cause, and the impacts of a revolution by energy",
             )
         )
     try:
-        drawn = draw_pictures(case.folder, _picture_angles(case), to)
+        drawn = draw_pictures(charge.folder, _picture_angles(charge), to)
     except RunFolderError as error:
-        return ChargeFigures(case.id, [], series, str(error))
+        return ChargeFigures(charge.id, [], series, str(error))
     pictures = [Image(path, f"{angle:.2f} rad") for path, angle in drawn]
-    return ChargeFigures(case.id, pictures, series, "")
+    return ChargeFigures(charge.id, pictures, series, "")
 
 
 def words(scheme: str) -> str:
-    """A scheme's name for a caption."""
+    """Return the name of a scheme for a caption."""
     return scheme.replace("-", " ")
 
 
-def _picture_angles(case: FinishedCase) -> list[float]:
-    """Mill angles 0, 0.5, 1, ... rad, twice as far apart until there are not too many."""
-    end = case.result["rotation_angle_rad"]
+def _picture_angles(charge: Charge) -> list[float]:
+    """Return mill angles 0, 0.5, 1, ... rad, twice as far apart until there are not too many."""
+    end = charge.result.rotation_angle_rad
     step = FINEST_PICTURES_RAD
     while end / step >= MOST_PICTURES:
         step *= 2.0
     return [step * i for i in range(MOST_PICTURES) if step * i <= end + 0.1 * step]
-
-
-def _tracks(campaign: Campaign) -> Iterator[tuple[tuple[str, str], list[figures.Track]]]:
-    """Tracks of the models of each scheme and policy."""
-    tracks = [figures.Track(case) for case in campaign.single]
-    yield from comparison.policy_models(
-        tracks, lambda track: comparison.case_key(track.finished)
-    ).items()
 
 
 def save_image(figure: Figure, path: Path, caption: str) -> Image:

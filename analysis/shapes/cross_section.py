@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from millscale import _core
+from millscale.runs.case_file import Case
 
 
-def liner_outline(case: dict[str, Any], mill_angle: float) -> np.ndarray:
+def liner_outline(case: Case, mill_angle: float) -> np.ndarray:
     """Closed outline of the liner of a case, turned by the mill angle; (n, 2) float [x, z] in m.
 
     Args:
@@ -20,10 +19,10 @@ def liner_outline(case: dict[str, Any], mill_angle: float) -> np.ndarray:
     return turned(np.vstack([nodes, nodes[:1]]), mill_angle)
 
 
-def groove_box(case: dict[str, Any]) -> np.ndarray | None:
+def groove_box(case: Case) -> np.ndarray | None:
     """Closed outline of the monitoring box, which holds groove 0 at rest; (5, 2) float [x, z] in m.
     None for a plain drum."""
-    if not case["mill"]["lifters"]:
+    if not case.mill.lifters:
         return None
     corners = np.asarray(_liner(case).groove_box())
     return np.vstack([corners, corners[:1]])
@@ -36,12 +35,9 @@ def turned(points: np.ndarray, mill_angle: float) -> np.ndarray:
     return np.column_stack([x * c + z * s, z * c - x * s])
 
 
-def _liner(case: dict[str, Any]) -> _core.Liner:
-    mill = case["mill"]
-    widths = ("lifter_top_radius_m", "lifter_top_width_m", "groove_width_m")
-    return _core.Liner(
-        mill["radius_m"],
-        *(mill[width] if mill["lifters"] else 0.0 for width in widths),
-        mill["lifters"],
-        mill["phase_rad"],
-    )
+def _liner(case: Case) -> _core.Liner:
+    mill = case.mill
+    widths = (mill.lifter_top_radius_m, mill.lifter_top_width_m, mill.groove_width_m)
+    if not mill.lifters:
+        widths = (0.0, 0.0, 0.0)
+    return _core.Liner(mill.radius_m, *widths, mill.lifters, mill.phase_rad)

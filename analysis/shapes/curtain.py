@@ -5,10 +5,13 @@ Lengths are over R - a. Angles from the vertical are 0 at the top and positive o
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from millscale.analysis.means import mean_known
+from millscale.analysis.shapes.comparison import overlap
 from millscale.analysis.shapes.solid_fraction import Grid, solid_fraction
 
 RESOLUTION = 0.03  # standard deviation of the kernel: a curtain at S = 2.6 has some 100 balls
@@ -16,6 +19,7 @@ SHARE = 0.9  # of the balls that the profile encloses; the rest are strays
 FEWEST_BALLS = 12
 BANDS = 6
 IN_FLIGHT = 3.0
+PARTS = ("whole", "upper", "lower")
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,33 @@ class Curtain:
     def middle(self) -> float:
         """Median height of its balls: its upper end lies above, its lower end below."""
         return float(np.median(self.centres[:, 1]))
+
+
+def curtain_overlaps(
+    curtains: Mapping[int, Curtain], reference: Mapping[int, Curtain]
+) -> tuple[dict[str, dict[str, float | None]], *tuple[float | None, ...]]:
+    """Return the overlap of each curtain of the same number, and the means of PARTS over them.
+
+    Args:
+        curtains, reference: by number.
+    """
+    each = {
+        str(number): curtain_overlap(curtains[number], reference[number])
+        for number in sorted(curtains.keys() & reference.keys())
+    }
+    return each, *(mean_known(parts[part] for parts in each.values()) for part in PARTS)
+
+
+def curtain_overlap(curtain: Curtain, reference: Curtain) -> dict[str, float | None]:
+    """Return the intersection over union of two curtains: whole, of their upper and lower ends
+    (above and below the median height of the reference's balls), and whole by the second method."""
+    upper = Grid(RESOLUTION).nodes[:, None] >= reference.middle
+    return {
+        "whole": overlap(curtain.region, reference.region),
+        "upper": overlap(curtain.region, reference.region, upper),
+        "lower": overlap(curtain.region, reference.region, ~upper),
+        "second_method": overlap(curtain.banded, reference.banded),
+    }
 
 
 def longest_flight(froude: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -24,8 +24,9 @@ from millscale.analysis.shapes.curtain import (
 from millscale.analysis.shapes.snapshots import Snapshot, snapshots_near
 from millscale.analysis.shapes.solid_fraction import RESOLUTION, Grid, value_at
 from millscale.analysis.shapes.throw_angle import throw_angle
-from millscale.runs.case_folder import FinishedCase, RunFolderError
+from millscale.runs.case_file import Case, Mill
 from millscale.runs.dumps import Dump
+from millscale.runs.untrusted import RunFolderError
 
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
@@ -63,14 +64,14 @@ class Shape:
         return float(np.median(tree.query(self.cross_check)[0]))
 
 
-def unit_length(case: dict[str, Any]) -> float:
+def unit_length(case: Case) -> float:
     """R - a [m], of the mean ball."""
-    return case["mill"]["radius_m"] - case["ball"]["radius_m"]
+    return case.mill.radius_m - case.ball.radius_m
 
 
-def contour_grid(case: dict[str, Any]) -> Grid:
+def contour_grid(case: Case) -> Grid:
     """The grid of a case's contours: as fine as RESOLUTION unless its balls are too large."""
-    radius = case["ball"]["radius_m"] / unit_length(case)
+    radius = case.ball.radius_m / unit_length(case)
     return Grid(max(RESOLUTION, KERNEL_OVER_BALL_RADIUS * radius))
 
 
@@ -79,8 +80,8 @@ def wanted_angles(end: float) -> list[float]:
     return [ANGLE_STEP * i for i in range(1, int((end + SAME_ANGLE) / ANGLE_STEP) + 1)]
 
 
-def snapshots_at(case: FinishedCase, mill_angles: Sequence[float]) -> dict[float, Snapshot]:
-    """The dumps of a case by wanted mill angle [rad]; without those at which it has none.
+def snapshots_at(folder: Path, mill_angles: Sequence[float]) -> dict[float, Snapshot]:
+    """Return the dumps of a case folder by wanted mill angle [rad], where it has one.
 
     Raises:
         RunFolderError: no dumps at all.
@@ -88,17 +89,17 @@ def snapshots_at(case: FinishedCase, mill_angles: Sequence[float]) -> dict[float
     if not mill_angles:
         return {}
     found = {}
-    for snapshot in snapshots_near(case.folder, mill_angles):
+    for snapshot in snapshots_near(folder, mill_angles):
         wanted = min(mill_angles, key=lambda angle: abs(angle - snapshot.mill_angle))
         if abs(snapshot.mill_angle - wanted) <= SAME_ANGLE:
             found[wanted] = snapshot
     return found
 
 
-def shape_of(dump: Dump, snapshot: Snapshot, case: dict[str, Any]) -> Shape:
+def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
     """Shape of one dump."""
-    unit, mill = unit_length(case), case["mill"]
-    length = mill["simulated_length_m"] / unit
+    unit, mill = unit_length(case), case.mill
+    length = mill.simulated_length_m / unit
     places = dump.positions / unit
     areas = 4.0 / 3.0 * np.pi * (dump["radius"] / unit) ** 3 / length
     outline = liner_outline(case, snapshot.mill_angle) / unit
@@ -107,42 +108,42 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: dict[str, Any]) -> Shape:
         contour = surface_contour(places[:, [0, 2]], areas, outline, grid)
     except ValueError as error:
         raise RunFolderError(snapshot.path, str(error), "look at it in OVITO") from None
-    ball, tops = case["ball"]["radius_m"] / unit, _innermost(mill) / unit
+    ball, tops = case.ball.radius_m / unit, _innermost(mill) / unit
     found, problem = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
     second = first_gaps(places, ball, length, tops)
     thrown = throw_angle(dump, case)
     return Shape(snapshot.mill_angle, outline, contour, second, found, problem, thrown)
 
 
-def _innermost(mill: dict[str, Any]) -> float:
-    return mill["lifter_top_radius_m"] if mill["lifters"] else mill["radius_m"]
+def _innermost(mill: Mill) -> float:
+    return mill.lifter_top_radius_m if mill.lifters else mill.radius_m
 
 
 def _curtains(
-    dump: Dump, centres: np.ndarray, contour: Contour, mill_angle: float, case: dict[str, Any]
+    dump: Dump, centres: np.ndarray, contour: Contour, mill_angle: float, case: Case
 ) -> tuple[dict[int, Curtain] | None, str]:
     """Curtains by number, or why there are none."""
-    mill = case["mill"]
+    mill = case.mill
     missing = [name for name in (STATE, CARRIER) if name not in dump.columns]
     if missing:
         return None, (
             f"the dumps have no column {', '.join(missing)}: written before dumps named the "
             "lifter that carried a ball last; run the case again"
         )
-    if not mill["lifters"]:
+    if not mill.lifters:
         return None, "a plain drum has no lifters"
     lifters, lifter = _lifters(case), dump[CARRIER]
     flying = (dump[STATE] == IN_FLIGHT) & (lifter >= 0.0)
-    flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill["froude"]))
+    flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill.froude))
     flying &= ~value_at(contour.inside, centres, contour_grid(case))
     found = curtains(centres[flying], lifter[flying], lifters, mill_angle)
     return {curtain.number: curtain for curtain in found}, ""
 
 
-def _lifters(case: dict[str, Any]) -> Lifters:
+def _lifters(case: Case) -> Lifters:
     """The lifters of a case; curtains count from where Eq. 4 has a ball leave the physical mill,
     so that no policy's correction of the speed changes a number."""
-    mill, physical = case["mill"], case["physical"]
-    froude = physical["omega_rad_s"] ** 2 * physical["radius_m"] / physical["gravity_m_s2"]
+    mill, physical = case.mill, case.physical
+    froude = physical.omega_rad_s**2 * physical.radius_m / physical.gravity_m_s2
     first = _core.detach_angle(froude) if froude < 1.0 else 0.0
-    return Lifters(mill["lifters"], mill["phase_rad"], first)
+    return Lifters(mill.lifters, mill.phase_rad, first)

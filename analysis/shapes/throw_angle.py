@@ -9,11 +9,10 @@ Derived here. Air drag is not modelled. The dump's six digits leave 1e-5 of r an
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from millscale.analysis.shapes.curtain import IN_FLIGHT
+from millscale.runs.case_file import Case
 from millscale.runs.dumps import Dump
 
 # Columns of compute mill/detach (docs/reference/styles.md): state, time in flight [s], outermost.
@@ -21,7 +20,7 @@ STATE, FLIGHT_TIME, OUTERMOST = "c_detach[1]", "c_detach[22]", "c_detach[23]"
 FEWEST_BALLS = 12  # as of a curtain
 
 
-def throw_angle(dump: Dump, case: dict[str, Any]) -> float | None:
+def throw_angle(dump: Dump, case: Case) -> float | None:
     """Mean angle from the vertical at which the balls of the outermost layer that are in flight
     left, positive on the rising side [rad].
 
@@ -34,7 +33,7 @@ def throw_angle(dump: Dump, case: dict[str, Any]) -> float | None:
         return None
     time = dump[FLIGHT_TIME]
     thrown = (dump[STATE] == IN_FLIGHT) & (time > 0.0) & (dump[OUTERMOST] == 1.0)
-    t, fall = time[thrown], 0.5 * case["mill"]["gravity_m_s2"] * time[thrown] ** 2
+    t, fall = time[thrown], 0.5 * case.mill.gravity_m_s2 * time[thrown] ** 2
     x = dump["x"][thrown] - dump["vx"][thrown] * t
     z = dump["z"][thrown] - dump["vz"][thrown] * t - fall
     above = z > 0.0

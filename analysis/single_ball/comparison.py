@@ -2,188 +2,352 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol, TypeVar
 
 from scipy.stats import linregress
 
+from millscale.analysis.finished import SingleBall
+from millscale.analysis.measures import (
+    COMMON_ANGLES,
+    ENERGY_WINDOWS,
+    FROM_THROW,
+    PAPER_ANGLES,
+    SINGLE_BALL_ANGLES,
+    EnergyWindow,
+)
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball import energy
 from millscale.analysis.single_ball.result import ball_of, flight_of
 from millscale.analysis.single_ball.windows import Window, common_windows
-from millscale.runs.case_folder import FinishedCase, is_physical
 
-Row = dict[str, Any]
 POLICIES = ("paper", "corrected", "offset-liner")
-# Energies are compared between mill angles common to all models, from each model's own throw, and
-# between the paper's mill angles: prefixes of the keys.
-MEASURES = ("", "from_throw_", "paper_angles_")
-_ANGLES = ("detach_angle_", "liner_off_angle_")
-_ENERGY_KEYS = (
-    *("throw_rad", "energy_begin_rad", "energy_end_rad", "energy_change_J"),
-    *("from_throw_window_rad", "from_throw_energy_change_J"),
-    *("off_parabola", "energy_imbalance"),
-)
-T = TypeVar("T")
-Key = tuple[str, str, float]
+STATISTICS = ("_deg", "_mean_deg", "_std_deg")
 
 
-def single_ball_rows(cases: list[FinishedCase]) -> list[Row]:
-    """A row for each case, by scheme, policy and S; keys and units: docs/reference/files.md.
+class OfMill(Protocol):
+    """What belongs to one scaled mill."""
+
+    @property
+    def scheme(self) -> str: ...
+    @property
+    def policy(self) -> str: ...
+    @property
+    def S(self) -> float: ...
+    @property
+    def is_physical(self) -> bool: ...
+
+
+M = TypeVar("M", bound=OfMill)
+
+
+@dataclass(frozen=True)
+class FirstThrow:
+    """The first throw of a case and its energy change.
+
+    Attributes:
+        throw_rad: mill angle at which it begins.
+        energy_begin_rad, energy_end_rad: mill angles common to all mills of the scheme.
+        from_throw_window_rad: rotation counted from the throw.
+        off_parabola: largest distance of the samples from the parabola, over the energy change.
+        energy_imbalance: kinetic energy gained less potential energy lost in the samples, over the
+            energy change.
+    """
+
+    throw_rad: float | None = None
+    energy_begin_rad: float | None = None
+    energy_end_rad: float | None = None
+    from_throw_window_rad: float | None = None
+    off_parabola: float | None = None
+    energy_imbalance: float | None = None
+
+
+@dataclass(frozen=True)
+class EnergyRatio:
+    """Energy change of a case in one window [J], over that of the reference, and the deviation of
+    the ratio from its prediction."""
+
+    change_J: float | None
+    ratio: float | None
+    relative_error: float | None
+
+
+@dataclass(frozen=True)
+class SingleBallRow:
+    """A single-ball case against the physical mill and against the prediction.
+
+    Attributes:
+        reference: id of the case at S = 1; None without one.
+        energies: by `measures.EnergyWindow`.
+        reported: what the paper printed; None of another mill than the paper's.
+    """
+
+    ball: SingleBall
+    reference: str | None
+    throw: FirstThrow
+    energies: dict[EnergyWindow, EnergyRatio]
+    reported: paper.ReportedEnergy | None
+
+    @property
+    def id(self) -> str:
+        return self.ball.id
+
+    @property
+    def scheme(self) -> str:
+        return self.ball.scheme
+
+    @property
+    def policy(self) -> str:
+        return self.ball.policy
+
+    @property
+    def S(self) -> float:
+        return self.ball.S
+
+    @property
+    def is_physical(self) -> bool:
+        return self.ball.is_physical
+
+    @property
+    def predicted_ratio(self) -> float:
+        """Return the energy ratio that Eq. 15 predicts."""
+        return self.ball.case.predicted_energy_ratio
+
+    @property
+    def in_flight_at_paper_angles(self) -> bool | None:
+        angles = self.ball.result.paper_angles
+        return angles and angles.in_flight
+
+    def angle(self, name: str, statistic: str = "_deg") -> float | None:
+        """Return one of `measures.SINGLE_BALL_ANGLES` [deg].
+
+        Args:
+            statistic: of STATISTICS: of the first throw, mean or standard deviation over all.
+        """
+        return getattr(self.ball.result, name + statistic)
+
+    def document(self) -> dict[str, Any]:
+        """Return the row of results.json; keys and units: docs/reference/files.md."""
+        case, result = self.ball.case, self.ball.result
+        common = self.energies[COMMON_ANGLES].ratio
+        names = (column.name for column in SINGLE_BALL_ANGLES)
+        row = {
+            **{key: getattr(case, key) for key in ("id", "scheme", "policy", "S")},
+            **{
+                key: getattr(case.mill, key)
+                for key in ("radius_m", "gravity_m_s2", "omega_rad_s", "froude")
+            },
+            **{f"{name}{x}": self.angle(name, x) for name in names for x in STATISTICS},
+            "point_mass_detach_angle_deg": case.mill.detach_angle_deg,
+            "cycles": result.cycles,
+            "problem": result.problem,
+            **asdict(self.throw),
+            "paper_angles_in_flight": self.in_flight_at_paper_angles,
+            "predicted_ratio": self.predicted_ratio,
+            "centre_path_ratio": case.centre_path_energy_ratio,
+            "relative_error_to_centre_path": _relative(common, case.centre_path_energy_ratio),
+            "wall_time_s": self.ball.timing.wall_time_s,
+            "paper_energy_change_J": self.reported and self.reported.change,
+            "paper_energy_ratio": self.reported and self.reported.ratio,
+            "reference": self.reference,
+        }
+        for window, found in self.energies.items():
+            row[f"{window.prefix}energy_change_J"] = found.change_J
+            row[window.ratio_key] = found.ratio
+            row[f"{window.prefix}relative_error"] = found.relative_error
+        return row
+
+
+@dataclass(frozen=True)
+class Line:
+    """A least-squares line and Pearson's correlation; None below three points, where any line
+    fits."""
+
+    slope: float | None = None
+    intercept: float | None = None
+    correlation: float | None = None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Energy ratio against its prediction in one window.
+
+    Attributes:
+        worst_relative_error, worst_case: largest deviation from the prediction over S > 1.
+    """
+
+    line: Line
+    worst_relative_error: float | None
+    worst_case: str | None
+
+    @property
+    def worst_size(self) -> float | None:
+        """Return the magnitude of the worst deviation."""
+        return None if self.worst_relative_error is None else abs(self.worst_relative_error)
+
+
+@dataclass(frozen=True)
+class Regression:
+    """Ratio against prediction of one scheme and policy.
+
+    Attributes:
+        mills: number of scaled mills.
+        fits: by `measures.EnergyWindow`.
+        spread_deg: largest less smallest of each of `measures.SINGLE_BALL_ANGLES`, by name.
+        in_flight_at_paper_angles: number of mills whose ball flies at both of the paper's angles.
+    """
+
+    scheme: str
+    policy: str
+    mills: int
+    fits: dict[EnergyWindow, Fit]
+    spread_deg: dict[str, float | None]
+    in_flight_at_paper_angles: int
+
+    def document(self) -> dict[str, Any]:
+        """Return the row of results.json."""
+        row = {"scheme": self.scheme, "policy": self.policy, "models": self.mills}
+        for window, fit in self.fits.items():
+            values = asdict(fit.line) | {
+                "worst_relative_error": fit.worst_relative_error,
+                "worst_case": fit.worst_case,
+            }
+            row |= {f"{window.prefix}{key}": value for key, value in values.items()}
+        row |= {f"{name}_spread_deg": value for name, value in self.spread_deg.items()}
+        return row | {"paper_angles_models_in_flight": self.in_flight_at_paper_angles}
+
+
+def single_ball_rows(balls: Iterable[SingleBall]) -> list[SingleBallRow]:
+    """Return a row for each case, by scheme, policy and S.
 
     Energies are changes on the parabola of the first throw. Ratios are to S = 1 of the same scheme
     and policy, or of another policy: all policies are the same mill there.
     """
-    windows = common_windows(cases)
-    rows = [_row(case, windows.get(case.case["scheme"])) for case in sorted(cases, key=place)]
-    for row in rows:
-        _compare(row, _reference(row, rows))
-    return rows
+    ordered = sorted(balls, key=place)
+    windows = common_windows(ordered)
+    throws = {ball: _first_throw(ball, windows.get(ball.scheme)) for ball in ordered}
+    changes = {ball: _changes(ball, windows.get(ball.scheme)) for ball in ordered}
+    return [_row(ball, throws[ball], changes) for ball in ordered]
 
 
-def ratio_key(measure: str) -> str:
-    """Key of the energy ratio of a measure."""
-    return f"{measure}ratio" if measure else "energy_ratio"
+def place(ball: SingleBall) -> tuple:
+    """Return the place of a case in tables: by scheme, policy and S."""
+    return ball.scheme, POLICIES.index(ball.policy), ball.S, ball.id
 
 
-def place(case: FinishedCase) -> tuple:
-    """Place of a case in tables: by scheme, policy and S."""
-    document = case.case
-    return document["scheme"], POLICIES.index(document["policy"]), document["S"], case.id
-
-
-def policy_models(entries: list[T], key: Callable[[T], Key]) -> dict[tuple[str, str], list[T]]:
-    """Models of each scheme and policy. At S = 1 all policies are the same mill: a policy without
-    such a model borrows another's.
+def by_policy(entries: Sequence[M]) -> dict[tuple[str, str], list[M]]:
+    """Return the scaled mills of each scheme and policy. At S = 1 all policies are the same mill: a
+    policy without that mill takes another's.
 
     Args:
         entries: in the order of `place`.
-        key: scheme, policy and S of an entry.
     """
-    groups: dict[tuple[str, str], list[T]] = {}
+    groups: dict[tuple[str, str], list[M]] = {}
     for entry in entries:
-        groups.setdefault(key(entry)[:2], []).append(entry)
+        groups.setdefault((entry.scheme, entry.policy), []).append(entry)
     for (scheme, _), group in groups.items():
-        if not any(is_physical(key(entry)[2]) for entry in group):
-            same = (e for e in entries if key(e)[0] == scheme and is_physical(key(e)[2]))
-            group[:0] = list(same)[:1]
+        if not any(entry.is_physical for entry in group):
+            group[:0] = [x for x in entries if x.scheme == scheme and x.is_physical][:1]
     return groups
 
 
-def row_key(row: Row) -> Key:
-    """Scheme, policy and S of a row."""
-    return row["scheme"], row["policy"], row["S"]
+def regressions(rows: Sequence[SingleBallRow]) -> list[Regression]:
+    """Return ratio against prediction for each scheme and policy."""
+    return [_regression(*of, group) for of, group in by_policy(rows).items()]
 
 
-def case_key(case: FinishedCase) -> Key:
-    """Scheme, policy and S of a case."""
-    return case.case["scheme"], case.case["policy"], case.case["S"]
-
-
-def regressions(rows: list[Row]) -> list[Row]:
-    """Ratio against prediction for each scheme and policy: regression line, worst deviation over
-    S > 1, spread of the detach angles (largest minus smallest)."""
-    groups = policy_models(rows, row_key)
-    return [_regression(scheme, policy, group) for (scheme, policy), group in groups.items()]
-
-
-def regression_line(predicted: list[float], ratio: list[float]) -> dict[str, float | None]:
-    """Least-squares line and Pearson correlation; None below three points, where any line fits."""
+def regression_line(predicted: Sequence[float], ratio: Sequence[float]) -> Line:
+    """Return the line through ratios against their predictions."""
     if len(set(predicted)) < 3:
-        return {"slope": None, "intercept": None, "correlation": None}
+        return Line()
     line = linregress(predicted, ratio)
-    return {
-        "slope": float(line.slope),
-        "intercept": float(line.intercept),
-        "correlation": float(line.rvalue),
+    return Line(float(line.slope), float(line.intercept), float(line.rvalue))
+
+
+def _row(
+    ball: SingleBall, throw: FirstThrow, changes: dict[SingleBall, dict[EnergyWindow, float | None]]
+) -> SingleBallRow:
+    reference = _reference(ball, list(changes))
+    of_paper = paper.is_papers_mill(ball.case)
+    energies = {
+        window: _ratio(change, reference and changes[reference][window], ball)
+        for window, change in changes[ball].items()
     }
+    reported = paper.reported_energy(ball.scheme, ball.S) if of_paper else None
+    return SingleBallRow(ball, reference and reference.id, throw, energies, reported)
 
 
-def _row(case: FinishedCase, window: Window | None) -> Row:
-    document, result = case.case, case.result
-    mill, fixed = document["mill"], result["paper_angles"]
-    row = {
-        **{key: document[key] for key in ("id", "scheme", "policy", "S")},
-        **{key: mill[key] for key in ("radius_m", "gravity_m_s2", "omega_rad_s", "froude")},
-        **{key: value for key, value in result.items() if key.startswith(_ANGLES)},
-        "point_mass_detach_angle_deg": mill["detach_angle_deg"],
-        "cycles": result["cycles"],
-        "problem": result["problem"],
-        **_energy(case, window),
-        "paper_angles_energy_change_J": abs(fixed["kinetic_J"]) if fixed else None,
-        "paper_angles_in_flight": fixed["in_flight"] if fixed else None,
-        "predicted_ratio": document["predicted_energy_ratio"],
-        "centre_path_ratio": document["centre_path_energy_ratio"],
-        "wall_time_s": case.timing["wall_time_s"],
-    }
-    of_paper = paper.is_papers_mill(document)
-    reported = paper.reported_energy(row["scheme"], row["S"]) if of_paper else None
-    row["paper_energy_change_J"] = reported.change if reported else None
-    row["paper_energy_ratio"] = reported.ratio if reported else None
-    return row
-
-
-def _energy(case: FinishedCase, window: Window | None) -> Row:
-    """Energy changes between the common mill angles and from the case's own throw; over the
-    latter, how far the samples are off the parabola, and the sum of what kinetic energy gains and
-    potential energy loses."""
-    if not case.result["throws"]:
-        return dict.fromkeys(_ENERGY_KEYS)
-    throw, sampled = case.result["throws"][0], case.result["throw_energy"]
-    flight, ball = flight_of(throw), ball_of(case.case)
-    begin = throw["mill_angle_rad"]
-    common = energy.change_on_parabola(flight, ball, window.begin, window.end)
-    own = energy.change_on_parabola(flight, ball, begin, begin + window.from_throw)
-    off = max(sampled["off_parabola_kinetic_J"], sampled["off_parabola_potential_J"])
-    imbalance = abs(sampled["kinetic_sampled_J"] + sampled["potential_sampled_J"])
-    values = (
-        *(begin, window.begin, window.end),
-        abs(common) if window.end > window.begin else None,
-        *(window.from_throw, abs(own)),
-        *((off / abs(own), imbalance / abs(own)) if own else (None, None)),
-    )
-    return dict(zip(_ENERGY_KEYS, values, strict=True))
-
-
-def _reference(row: Row, rows: list[Row]) -> Row | None:
-    physical = [r for r in rows if r["scheme"] == row["scheme"] and is_physical(r["S"])]
-    same_policy = [r for r in physical if r["policy"] == row["policy"]]
+def _reference(ball: SingleBall, balls: Sequence[SingleBall]) -> SingleBall | None:
+    physical = [other for other in balls if other.scheme == ball.scheme and other.is_physical]
+    same_policy = [other for other in physical if other.policy == ball.policy]
     return next(iter(same_policy + physical), None)
 
 
-def _compare(row: Row, reference: Row | None) -> None:
-    row["reference"] = reference["id"] if reference else None
-    for name in MEASURES:
-        change = f"{name}energy_change_J"
-        known = reference is not None and row[change] is not None and reference[change]
-        row[ratio_key(name)] = row[change] / reference[change] if known else None
-        row[f"{name}relative_error"] = _relative(row[ratio_key(name)], row["predicted_ratio"])
-    row["relative_error_to_centre_path"] = _relative(row["energy_ratio"], row["centre_path_ratio"])
+def _ratio(change: float | None, reference: float | None, ball: SingleBall) -> EnergyRatio:
+    ratio = change / reference if change is not None and reference else None
+    return EnergyRatio(change, ratio, _relative(ratio, ball.case.predicted_energy_ratio))
 
 
 def _relative(ratio: float | None, predicted: float) -> float | None:
     return None if ratio is None else ratio / predicted - 1.0
 
 
-def _regression(scheme: str, policy: str, rows: list[Row]) -> Row:
-    fit = {"scheme": scheme, "policy": policy, "models": len(rows)}
-    for name in MEASURES:
-        ratio, error = ratio_key(name), f"{name}relative_error"
-        compared = [row for row in rows if row[ratio] is not None]
-        scaled = [row for row in compared if not is_physical(row["S"])]
-        worst = max(scaled, key=lambda row: abs(row[error]), default=None)
-        predicted = [row["predicted_ratio"] for row in compared]
-        line = regression_line(predicted, [row[ratio] for row in compared])
-        fit |= {f"{name}{key}": value for key, value in line.items()}
-        fit[f"{name}worst_relative_error"] = worst[error] if worst else None
-        fit[f"{name}worst_case"] = worst["id"] if worst else None
-    return fit | {
-        "detach_angle_spread_deg": _spread(rows, "detach_angle_deg"),
-        "liner_off_angle_spread_deg": _spread(rows, "liner_off_angle_deg"),
-        "paper_angles_models_in_flight": sum(bool(row["paper_angles_in_flight"]) for row in rows),
-    }
+def _changes(ball: SingleBall, window: Window | None) -> dict[EnergyWindow, float | None]:
+    """Return the magnitude of the energy change in each window [J]."""
+    fixed = ball.result.paper_angles
+    changes = dict.fromkeys(ENERGY_WINDOWS) | {PAPER_ANGLES: fixed and abs(fixed.kinetic_J)}
+    if not ball.result.throws:
+        return changes
+    begin = ball.result.throws[0].mill_angle_rad
+    if window.end > window.begin:
+        changes[COMMON_ANGLES] = _change(ball, window.begin, window.end)
+    return changes | {FROM_THROW: _change(ball, begin, begin + window.from_throw)}
 
 
-def _spread(rows: list[Row], key: str) -> float | None:
-    values = [row[key] for row in rows if row[key] is not None]
+def _change(ball: SingleBall, begin: float, end: float) -> float:
+    flight = flight_of(ball.result.throws[0])
+    return abs(energy.change_on_parabola(flight, ball_of(ball.case), begin, end))
+
+
+def _first_throw(ball: SingleBall, window: Window | None) -> FirstThrow:
+    if not ball.result.throws:
+        return FirstThrow()
+    begin, sampled = ball.result.throws[0].mill_angle_rad, ball.result.throw_energy
+    own = _change(ball, begin, begin + window.from_throw)
+    off = max(sampled.off_parabola_kinetic_J, sampled.off_parabola_potential_J)
+    imbalance = abs(sampled.kinetic_sampled_J + sampled.potential_sampled_J)
+    return FirstThrow(
+        begin,
+        window.begin,
+        window.end,
+        window.from_throw,
+        off / own if own else None,
+        imbalance / own if own else None,
+    )
+
+
+def _regression(scheme: str, policy: str, rows: Sequence[SingleBallRow]) -> Regression:
+    return Regression(
+        scheme=scheme,
+        policy=policy,
+        mills=len(rows),
+        fits={window: _fit(window, rows) for window in ENERGY_WINDOWS},
+        spread_deg={column.name: _spread(rows, column.name) for column in SINGLE_BALL_ANGLES},
+        in_flight_at_paper_angles=sum(bool(row.in_flight_at_paper_angles) for row in rows),
+    )
+
+
+def _fit(window: EnergyWindow, rows: Sequence[SingleBallRow]) -> Fit:
+    compared = [row for row in rows if row.energies[window].ratio is not None]
+    scaled = [row for row in compared if not row.is_physical]
+    worst = max(scaled, key=lambda row: abs(row.energies[window].relative_error), default=None)
+    line = regression_line(
+        [row.predicted_ratio for row in compared], [row.energies[window].ratio for row in compared]
+    )
+    return Fit(line, worst and worst.energies[window].relative_error, worst and worst.id)
+
+
+def _spread(rows: Sequence[SingleBallRow], name: str) -> float | None:
+    values = [row.angle(name) for row in rows if row.angle(name) is not None]
     return max(values) - min(values) if len(values) > 1 else None

@@ -6,7 +6,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from millscale.analysis.case import analyse_case
+from millscale.analysis.result_file import Thrown
 from millscale.analysis.single_ball.result import flight_of
+from millscale.runs.typed import as_typed
 from millscale.runs.untrusted import RunFolderError
 from synthetic_ball import Motion, usual_motion
 from synthetic_case import case_document, write_case
@@ -26,7 +28,7 @@ def test_result_holds_the_motion_that_was_put_in(folder):
 
 def test_throw_reads_back_as_the_flight_it_was(folder):
     result = analyse_case(folder)
-    flight = flight_of(result["throws"][0])
+    flight = flight_of(as_typed(Thrown, result["throws"][0]))
     release = [s.release for s in usual_motion(read_case(folder)).segments if s.release][3]
     assert_allclose(flight.velocity, release.velocity, rtol=1e-9)
     assert_allclose(flight.length, result["throws"][0]["flight_length_rad"])

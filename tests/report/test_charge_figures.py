@@ -1,14 +1,10 @@
 """Figures of a charge."""
 
-from dataclasses import replace
-
-from msgspec import structs
 from numpy.testing import assert_allclose
 
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.report.figures.charge import charge_series
-from millscale.runs.case_folder import SERIES
-from millscale.runs.series import read_series
+from synthetic_result import with_case
 
 
 def test_similar_charges_coincide_in_the_dimensionless_figure(runs):
@@ -20,11 +16,10 @@ def test_similar_charges_coincide_in_the_dimensionless_figure(runs):
     assert 0.349 < torque.min() < torque.max() < 0.391
 
 
-def test_seeds_of_a_model_share_a_name_and_schemes_a_colour(runs):
+def test_seeds_of_a_mill_share_a_name_and_schemes_a_colour(runs):
     case = load_campaign(runs).charges[0]
-    again = replace(case, case=structs.replace(case.case, id=f"{case.id}-seed2"))
-    faster = structs.replace(case.case, id="other", S=1.3, scheme="constant-speed")
-    other = replace(case, case=faster)
+    again = with_case(case, id=f"{case.id}-seed2", seed=2)
+    other = with_case(case, id="other", S=1.3, scheme="constant-speed")
     figure = charge_series([case, again, other], dimensionless=True)
     first, second, third = figure.axes[0].lines
     assert first.get_color() == second.get_color() != third.get_color()
@@ -33,13 +28,10 @@ def test_seeds_of_a_model_share_a_name_and_schemes_a_colour(runs):
     assert names == [case.id, "other"]
 
 
-def test_power_in_watts_is_that_of_the_series_and_the_start_does_not_set_the_scale(
-    runs, monkeypatch
-):
+def test_power_in_watts_is_that_of_the_series_and_the_start_does_not_set_the_scale(runs):
     case = load_campaign(runs).charges[0]
-    series = read_series(case.folder / SERIES, "multi-ball")
+    series = case.series
     series["drive_power_W"][:4] *= 50.0
-    monkeypatch.setattr("millscale.report.figures.charge.read_series", lambda *_: series)
     axes = charge_series([case], dimensionless=False).axes[3]
     assert_allclose(axes.lines[0].get_ydata(), series["drive_power_W"])
     steady = series["drive_power_W"][30:]

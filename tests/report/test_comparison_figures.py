@@ -1,5 +1,6 @@
 """Figures 9 to 14, run times and speed against error."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,13 +9,13 @@ from matplotlib.colors import to_hex
 from numpy.testing import assert_allclose
 
 from millscale.analysis.charge.comparison import compare_charges
-from millscale.analysis.charge.speed_error import model_rows
-from millscale.analysis.paper.results import load_charges
+from millscale.analysis.charge.speed_error import SHOWN, OverSeeds, mill_rows
+from millscale.analysis.several_campaigns import load_charges
+from millscale.report import comparison_images as drawing
 from millscale.report import images as report_figures
-from millscale.report.figures import comparison as comparison_figures
+from millscale.report.comparison_images import by_scheme, comparison_images
 from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
-from millscale.report.figures.comparison import by_scheme, comparison_images
 from millscale.report.figures.snapshot_sheet import FALLING, VIEW, ball_picture, snapshot_sheet
 from millscale.runs.dumps import Dump
 
@@ -56,7 +57,7 @@ def test_balls_smaller_than_a_pixel_are_seen():
 
 
 def test_sheet_has_a_row_for_each_model_and_a_column_for_each_angle(comparison):
-    charges = comparison.charges[:2]
+    charges = comparison.charges.every[:2]
     figure = snapshot_sheet(charges, [0.5, 0.75, 1.0])
     assert len(figure.axes) == 6
     assert [axes.get_title() for axes in figure.axes[:3]] == ["0.5 rad", "0.75 rad", "1 rad"]
@@ -68,7 +69,7 @@ def test_sheet_has_a_row_for_each_model_and_a_column_for_each_angle(comparison):
 
 
 def test_contours_of_the_physical_mill_are_black_and_of_all_models(comparison):
-    figure = shape_figures.contours(comparison, comparison.charges)
+    figure = shape_figures.contours(comparison.measured, comparison.charges.every)
     axes = figure.axes[0]
     colours = [to_hex(line.get_color()) for line in axes.lines if line.get_label()[0] == "S"]
     assert colours.count("#000000") == 1
@@ -76,7 +77,7 @@ def test_contours_of_the_physical_mill_are_black_and_of_all_models(comparison):
 
 
 def test_only_curtains_of_enough_balls_are_drawn(comparison):
-    figure = shape_figures.curtain_profiles(comparison, comparison.charges)
+    figure = shape_figures.curtain_profiles(comparison.measured, comparison.charges.every)
     said = {axes.get_title(): [text.get_text() for text in axes.texts] for axes in figure.axes}
     assert said == {
         "curtain 2": ["too few balls"],
@@ -87,32 +88,33 @@ def test_only_curtains_of_enough_balls_are_drawn(comparison):
 
 
 def test_mass_flow_is_drawn_in_both_frames_in_percent(comparison):
-    figure = shape_figures.mass_flow(comparison.charges)
+    figure = shape_figures.mass_flow(comparison.charges.every)
     fixed, rotating = figure.axes
-    share = comparison.charges[0].series["box_fixed_mass_fraction"]
+    share = comparison.charges.every[0].series["box_fixed_mass_fraction"]
     assert_allclose(fixed.lines[0].get_ydata(), 100.0 * share)
     assert_allclose(rotating.lines[0].get_ydata(), 100.0 * (share + 0.01))
 
 
-def test_speed_against_error_has_every_model_but_the_reference(comparison):
-    models = model_rows(comparison.rows)
-    figure = speed_figures.speed_against_error(models)
-    for axes, (name, _, factor) in zip(figure.axes, speed_figures.PANELS, strict=True):
+def test_speed_against_error_has_every_mill_but_the_reference(comparison):
+    mills = mill_rows(comparison.rows)
+    figure = speed_figures.speed_against_error(mills)
+    for axes, error in zip(figure.axes, SHOWN, strict=True):
         assert len(axes.containers) == 2  # the two schemes
         drawn = np.concatenate([c.lines[0].get_ydata() for c in axes.containers])
-        expected = [factor * m[name] for m in models if not m["is_reference"]]
-        assert_allclose(sorted(drawn), sorted(expected))
+        values = [mill.errors[error.name].mean for mill in mills if not mill.is_reference]
+        assert_allclose(sorted(drawn), sorted(error.factor * value for value in values))
 
 
-def test_speed_against_error_has_no_panel_for_what_no_model_measured(comparison):
-    models = [row | {"power_error": None} for row in model_rows(comparison.rows)]
-    figure = speed_figures.speed_against_error(models)
-    titles = [title for name, title, _ in speed_figures.PANELS if name != "power_error"]
+def test_speed_against_error_has_no_panel_for_what_no_mill_measured(comparison):
+    nothing = {"power_error": OverSeeds(None, None, None)}
+    mills = [replace(mill, errors=mill.errors | nothing) for mill in mill_rows(comparison.rows)]
+    figure = speed_figures.speed_against_error(mills)
+    titles = [error.heading for error in SHOWN if error.name != "power_error"]
     assert [axes.get_ylabel() for axes in figure.axes] == titles
 
 
 def test_run_times_stand_beside_the_paper_s(comparison):
-    axes = speed_figures.run_times(model_rows(comparison.rows)).axes[0]
+    axes = speed_figures.run_times(mill_rows(comparison.rows)).axes[0]
     lines = {line.get_label(): line for line in axes.lines}
     assert_allclose(lines["the paper, 20 s"].get_ydata()[[0, -1]], [35.2, 0.65])
     assert_allclose(lines["constant gravity"].get_ydata(), 12.5 / 3600.0)
@@ -136,10 +138,10 @@ def test_a_sheet_that_cannot_be_drawn_is_explained(comparison, tmp_path, monkeyp
     from millscale.runs.untrusted import RunFolderError
 
     def cannot(charges, angles):
-        raise RunFolderError(charges[0].finished.folder, "damaged", "run again")
+        raise RunFolderError(charges[0].folder, "damaged", "run again")
 
     monkeypatch.setattr(report_figures, "DPI", 30)
-    monkeypatch.setattr(comparison_figures, "snapshot_sheet", cannot)
+    monkeypatch.setattr(drawing, "snapshot_sheet", cannot)
     images = comparison_images(comparison, tmp_path)
     assert images.sheets == []
     assert len([problem for problem in images.problems if "damaged" in problem]) == 2
@@ -148,7 +150,7 @@ def test_a_sheet_that_cannot_be_drawn_is_explained(comparison, tmp_path, monkeyp
 
 def test_a_scheme_without_the_physical_mill_of_its_own_is_drawn_with_the_other_s():
     def charge(scheme, S):
-        return SimpleNamespace(case={"scheme": scheme}, S=S)
+        return SimpleNamespace(scheme=scheme, S=S, is_physical=S == 1.0)
 
     physical, half = charge("constant-gravity", 1.0), charge("constant-gravity", 2.0)
     third, own = charge("constant-speed", 3.0), charge("constant-speed", 1.0)

@@ -11,7 +11,9 @@ from html.parser import HTMLParser
 import pytest
 
 from millscale.analysis.finished_campaign import OUTDATED, load_campaign
+from millscale.analysis.measures import COMMON_ANGLES
 from millscale.analysis.paper import numbers as paper
+from millscale.analysis.single_ball.comparison import single_ball_rows
 from millscale.report import build as report
 from millscale.report import images as report_figures
 from millscale.report.build import build_report
@@ -19,6 +21,7 @@ from millscale.report.figures import single_ball as figures
 from millscale.runs.case_digest import case_digest
 from millscale.runs.untrusted import RunFolderError
 from synthetic_case import record_stages
+from synthetic_result import with_result
 
 
 class Page(HTMLParser):
@@ -139,7 +142,8 @@ def test_checks_and_results_of_another_mill_hold_no_numbers_of_the_paper(of_anot
 
 @pytest.mark.filterwarnings("error")
 def test_ratios_of_another_mill_without_a_reference_are_drawn_in_silence(runs):
-    rows = [dict(row, energy_ratio=None) for row in load_campaign(runs).rows]
+    rows = single_ball_rows([ball for ball in load_campaign(runs).single if ball.S > 1.0])
+    assert all(row.energies[COMMON_ANGLES].ratio is None for row in rows)
     figure = figures.energy_ratios("constant-gravity", rows, of_paper=False)
     assert figure.axes[0].get_legend() is None
 
@@ -234,7 +238,7 @@ def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
     (failed / "stage.json").write_text(json.dumps(record))
     for drawn in ("policy_figures", "ratio_figures"):
         monkeypatch.setattr(report_figures, drawn, lambda *_: {})
-    monkeypatch.setattr(report, "_energies", lambda _: [])
+    monkeypatch.setattr(report.tables, "energy_tables", lambda _: [])
     page = Page(build_report(copy).read_text())
     results = json.loads((copy / "report/results.json").read_text())
     assert results["missing"]["sb-cs-paper-S1.000"] == "no series.csv yet"
@@ -285,8 +289,7 @@ def test_campaign_without_a_finished_case_is_refused(folder, tmp_path):
     ],
 )
 def test_pictures_are_at_round_mill_angles(runs, monkeypatch, tmp_path, end, angles):
-    case = load_campaign(runs).charges[0]
-    case.result["rotation_angle_rad"] = end
+    case = with_result(load_campaign(runs).charges[0], rotation_angle_rad=end)
     asked = []
     monkeypatch.setattr(report_figures, "draw_pictures", lambda *a: asked.extend(a[1]) or [])
     monkeypatch.setattr(report_figures, "save_image", lambda *a: None)
@@ -312,7 +315,7 @@ def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeyp
     keep_listed(copy)
     monkeypatch.setattr(report_figures, "DPI", 40)
     text = build_report(copy).read_text()
-    table = text[text.index("free flight begins</th>") :]
+    table = text[text.index("free flight begins [deg]</th>") :]
     table = table[: table.index("</table>")]
     for policy in ("paper", "corrected", "offset-liner"):
         assert table.count(f'<td class="text">{policy}</td>') == 2  # once a scheme

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from millscale.analysis.shapes.cross_section import liner_outline, turned
-from synthetic_case import case_document, write_case
+from synthetic_case import case_document, typed, write_case
 
 DUMP_ANGLES = (0.0, 0.5, 1.0)
 
 
 def write_charge(runs: Path, scheme: str, balls: int = 150) -> Path:
-    """A case of S = 2.6 with series, dumps and liner."""
+    """Make a case of S = 2.6 with series, dumps and liner."""
     case = case_document("multi-ball", scheme, "paper", 2.6, balls, sample_angle=0.02)
     case["ball"]["radius_m"] = 0.06
     folder = write_case(runs, case, charge_columns(case))
@@ -29,8 +29,8 @@ def write_charge(runs: Path, scheme: str, balls: int = 150) -> Path:
 
 
 def charge_columns(case: dict[str, Any], end: float = 1.0) -> dict[str, np.ndarray]:
-    """A steady charge: mean values known, with an oscillation of whole periods in each half. The
-    torque is that of its weight and angular momentum."""
+    """Return the series of a steady charge: means are known, and an oscillation has whole periods
+    in each half. The torque is that of its weight and angular momentum."""
     mill, count = case["mill"], case["ball"]["count"]
     mass = case["ball"]["mass_kg"] * count
     angle = np.linspace(0.0, end, 201)
@@ -87,7 +87,7 @@ def write_dump(path: Path, step: int, centres: np.ndarray, case: dict[str, Any])
 
 def write_liner(path: Path, case: dict[str, Any]) -> None:
     """ASCII STL of the liner at rest, axis-long triangles."""
-    outline = liner_outline(case, 0.0)
+    outline = liner_outline(typed(case), 0.0)
     length = case["mill"]["length_m"]
     facets = []
     for (x0, z0), (x1, z1) in pairwise(outline):

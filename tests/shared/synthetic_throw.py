@@ -10,7 +10,7 @@ from matplotlib.path import Path as Polygon
 
 from millscale.analysis.shapes.cross_section import liner_outline
 from millscale.analysis.shapes.curtain import Lifters
-from synthetic_case import case_document, finish_case, write_campaign, write_case
+from synthetic_case import case_document, finish_case, typed, write_campaign, write_case
 from synthetic_charge import charge_columns, write_liner
 from synthetic_shapes import packed_bed
 
@@ -41,7 +41,7 @@ def throw_columns(case: dict[str, Any], mill_angle: float) -> dict[str, np.ndarr
     scaled = case["S"] > 1.0
     a, length = case["ball"]["radius_m"] / unit, case["mill"]["simulated_length_m"] / unit
     bed, _ = packed_bed(a, length, 0.0, BED_HEIGHT - DROP * scaled, seed=case["seed"])
-    liner = Polygon(liner_outline(case, mill_angle) / unit)
+    liner = Polygon(liner_outline(typed(case), mill_angle) / unit)
     bed = bed[liner.contains_points(bed[:, [0, 2]])]
     bed = np.random.default_rng(0).permutation(bed)
     lifters = Lifters(25, 0.0, np.arccos(3.9 / 9.81))  # Eq. 4

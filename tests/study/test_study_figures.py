@@ -1,9 +1,11 @@
 """Figures of a study: every setting with its name, the front, what is within its spread."""
 
+from dataclasses import replace
+
 import pytest
 
+from millscale.analysis.measures import STUDIED
 from millscale.study import pareto
-from millscale.study.errors import ERRORS
 from millscale.study.figures import time_against_error
 from synthetic_rows import error, row
 
@@ -12,14 +14,13 @@ ROWS = [
     row("fast", 1.0, 0.08, 0.01),
     row("stock", 20.0, 0.08, 0.01, engine="stock"),
     row("lucky", 30.0, 0.0, 0.02),
-    row("holed", 5.0, 0.01, errors={name: error(None) for name in ERRORS}),
+    row("holed", 5.0, 0.01, errors={name: error(None) for name in STUDIED}),
 ]
 
 
 def drawn():
-    rows = [{**one, "on_front_of": [], "time_is": "processor"} for one in ROWS]
-    for best in pareto.front(rows, "contour"):
-        best["on_front_of"] = ["contour"]
+    best = pareto.front(ROWS, "contour")
+    rows = [replace(one, on_front_of=("contour",)) if one in best else one for one in ROWS]
     (axes,) = time_against_error(rows, "contour", "contour").axes
     return axes
 
@@ -46,12 +47,9 @@ def test_the_front_is_a_staircase_through_its_settings():
 
 
 def test_names_do_not_cover_each_other():
-    rows = [
-        {**row(f"setting-{i}", 1.0 + 1e-3 * i, 0.05), "on_front_of": [], "time_is": "wall"}
-        for i in range(8)
-    ]
+    rows = [row(f"setting-{i}", 1.0 + 1e-3 * i, 0.05) for i in range(8)]
     # Far away, so that the others are side by side.
-    rows.append({**row("far", 99.0, 0.05), "on_front_of": [], "time_is": "wall"})
+    rows.append(row("far", 99.0, 0.05))
     figure = time_against_error(rows, "contour", "contour")
     figure.draw_without_rendering()
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
@@ -60,5 +58,5 @@ def test_names_do_not_cover_each_other():
 
 
 def test_nothing_to_draw_is_said():
-    (axes,) = time_against_error([{**ROWS[0], "time_is": "wall"}], "contour", "contour").axes
+    (axes,) = time_against_error(ROWS[:1], "contour", "contour").axes
     assert axes.texts[0].get_text() == "not measured"

@@ -8,12 +8,12 @@ import pytest
 from rich.console import Console
 
 import in_process
+from millscale.analysis.measures import STUDIED
 from millscale.cases.generate import generate
 from millscale.engine.machine import CoreWish
 from millscale.runs.layout import STAGES
 from millscale.study import command, pareto
 from millscale.study.command import StudyCall, run_and_compare
-from millscale.study.errors import ERRORS
 from millscale.study.file import load_study
 from millscale.study.folders import Places, found_cases, record, write_setting
 from millscale.study.results import study_charges
@@ -75,7 +75,7 @@ def test_the_results_hold_what_the_issue_asks_for(finished):
     for row in rows.values():
         assert row["study"] == "small-study"
         assert row["wall_time_s"] > row["processor_time_s"] > 0.0
-        assert set(row["errors"]) == set(ERRORS)
+        assert set(row["errors"]) == set(STUDIED)
         assert isinstance(row["on_front"], bool)
     assert rows["reference"]["is_reference"] and not rows["reference"]["on_front"]
     # One and the same run: equal in time and error, so both are on the front or none is.

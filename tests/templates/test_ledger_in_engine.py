@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_left_out import CHARGE, NOTHING_FORCED, ran
 
-from millscale.analysis.charge.energy_budget import account, impact_spectrum, read_ledger
+from millscale.analysis.charge.energy_budget import energy_budget, impact_spectrum, read_ledger
 from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
 from millscale.runs.series import read_series
@@ -26,10 +26,10 @@ def test_the_decks_keep_an_account_for_the_asking(tmp_path):
         np.testing.assert_allclose(
             np.diff(ledger[name]), np.diff(series[name]), rtol=1e-6, atol=1e-8
         )
-    found = account(ledger)
-    assert abs(found["closure"]) < 0.01
-    assert abs(found["closure_of_forces"]) < 1e-5
-    assert impact_spectrum(kept / "impacts.csv")["ball_ball"]["impacts"]
+    found = energy_budget(ledger)
+    assert abs(found.closure) < 0.01
+    assert abs(found.closure_of_forces) < 1e-5
+    assert impact_spectrum(kept / "impacts.csv")["ball_ball"].impacts
 
 
 def test_both_paths_of_the_validation_close(tmp_path):

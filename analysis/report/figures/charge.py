@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from millscale.analysis.charge.result import charge_scales
-from millscale.report.figures.style import STYLE, shades_of_models
-from millscale.runs.case_folder import SERIES, FinishedCase
-from millscale.runs.series import read_series
+from millscale.analysis.charge.scaled_mills import mill_name
+from millscale.analysis.finished import Charge
+from millscale.report.figures.style import STYLE, shade_of_each_S
 
 _PANELS = (
     ("kinetic energy", "kinetic_translation_J", "energy", "J"),
@@ -27,23 +26,22 @@ _SCALE_NAMES = {"energy": "M ω²R²", "torque": "M g R", "power": "M g R ω", "
 _COLOURS = ("#1f6fb4", "#d1711b", "#2a8c4a", "#8a4fa3", "#b0413e", "#5a6b7b")
 
 
-def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
-    """Energies, torque and power of the drive, centre of mass against mill angle.
+def charge_series(charges: Sequence[Charge], dimensionless: bool) -> Figure:
+    """Return energies, torque and power of the drive, centre of mass against mill angle.
 
     Args:
-        dimensionless: divide by `charge.charge_scales`, so that similar mills coincide.
+        dimensionless: divide by `result.charge_scales`, so that similar mills coincide.
     """
     with rc_context(STYLE):
         figure = Figure(figsize=(7.2, 7.4), layout="constrained")
         panels = figure.subplots(3, 2, sharex=True)
-        looks = _looks(cases)
-        for case in cases:
-            look = looks[case.id]
-            series = read_series(case.folder / SERIES, "multi-ball")
-            scales = charge_scales(case.case, series)
+        looks = _looks(charges)
+        for charge in charges:
+            series = charge.series
+            scales = charge_scales(charge.case, series)
             for axes, (_, column, scale, _) in zip(panels.flat, _PANELS, strict=True):
-                values = series[column] / (scales[scale] if dimensionless else 1.0)
-                axes.plot(series["mill_angle_rad"], values, lw=1.0, **look)
+                values = series[column] / (getattr(scales, scale) if dimensionless else 1.0)
+                axes.plot(series["mill_angle_rad"], values, lw=1.0, **looks[charge])
         for axes, (name, _, scale, unit) in zip(panels.flat, _PANELS, strict=True):
             divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
             axes.set_ylabel(f"{name} {divisor}")
@@ -56,25 +54,25 @@ def charge_series(cases: Sequence[FinishedCase], dimensionless: bool) -> Figure:
     return figure
 
 
-def _looks(cases: Sequence[FinishedCase]) -> dict[str, dict[str, Any]]:
-    """Line of each case: colour by S, black at S = 1, dashes at constant speed. Seeds of one model
-    look alike, and the first has its name."""
-    colours = shades_of_models(case.case["S"] for case in cases)
-    looks: dict[str, dict[str, Any]] = {}
-    named: set[str] = set()
-    for case in cases:
-        model = re.sub(r"-seed\d+$", "", case.id)
-        looks[case.id] = {
-            "color": colours[case.case["S"]],
-            "linestyle": "--" if case.case["scheme"] == "constant-speed" else "-",
-            "label": "_" if model in named else model,
+def _looks(charges: Sequence[Charge]) -> dict[Charge, dict[str, Any]]:
+    """Return the line of each charge: colour by S, black at S = 1, dashes at constant speed. Seeds
+    of one scaled mill look alike, and the first is in the legend."""
+    colours = shade_of_each_S(charges)
+    looks: dict[Charge, dict[str, Any]] = {}
+    named: set[tuple] = set()
+    for charge in charges:
+        mill = (*mill_name(charge), charge.balls)
+        looks[charge] = {
+            "color": colours[charge.S],
+            "linestyle": "--" if charge.scheme == "constant-speed" else "-",
+            "label": "_" if mill in named else charge.id.removesuffix(f"-seed{charge.seed}"),
         }
-        named.add(model)
+        named.add(mill)
     return looks
 
 
 def _ignore_start(axes: Axes) -> None:
-    """Fit the axis to the curves without their first tenth: the jolt of the start dwarfs them."""
+    """Fit the axis to the curves without their first tenth, where the start has a large peak."""
     values = [
         line.get_ydata()[line.get_xdata() >= 0.1 * line.get_xdata()[-1]] for line in axes.lines
     ]
@@ -83,9 +81,9 @@ def _ignore_start(axes: Axes) -> None:
     axes.set_ylim(low - margin, high + margin)
 
 
-def charge_states(case: FinishedCase) -> Figure:
-    """Share of the balls on the wall, in the bed and in flight against mill angle."""
-    series = read_series(case.folder / SERIES, "multi-ball")
+def charge_states(charge: Charge) -> Figure:
+    """Return the share of the balls on the wall, in the bed and in flight against mill angle."""
+    series = charge.series
     with rc_context(STYLE):
         figure = Figure(figsize=(5.6, 2.6), layout="constrained")
         axes = figure.add_subplot()

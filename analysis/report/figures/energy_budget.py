@@ -1,16 +1,13 @@
-"""The account of the energy in a figure: where the mill's work goes, and which impacts take it."""
+"""The energy budget in a figure: dissipation by cause, impacts by energy."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millscale.analysis.charge.energy_budget import PAIRINGS
+from millscale.analysis.result_file import PAIRINGS, EnergyBudget
 from millscale.report.figures.style import STYLE
 
 SHOWN = 1e-6
@@ -26,29 +23,25 @@ _CAUSES = {
 }
 
 
-def energy_account(ledger: Mapping[str, Any]) -> Figure:
-    """Dissipation by cause over the mill's work, and the energy of the impacts of a revolution by
-    the energy of one impact.
-
-    Args:
-        ledger: section `ledger` of a result.json, docs/reference/files.md.
-    """
+def energy_budget_figure(budget: EnergyBudget) -> Figure:
+    """Return dissipation by cause over the mill's work, and the energy of the impacts of a
+    revolution by the energy of one impact."""
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.6), layout="constrained")
         left, right = figure.subplots(1, 2)
-        _causes(left, ledger)
-        _spectrum(right, ledger)
+        _causes(left, budget)
+        _spectrum(right, budget)
     return figure
 
 
-def _causes(axes: Axes, ledger: Mapping[str, Any]) -> None:
-    """Stacked bars; the tangential spring may give energy, which is drawn below 0."""
+def _causes(axes: Axes, budget: EnergyBudget) -> None:
+    """Draw stacked bars; the tangential spring may give energy, which is drawn below 0."""
     places = np.arange(len(_CAUSES))
     axes.set_axisbelow(True)
     ends = {sign: np.zeros(len(places)) for sign in (-1, 1)}
     for pairing in PAIRINGS:
-        part = [100.0 * ledger[pairing][key] / ledger["mill_work_J"] for key in _CAUSES]
-        values = np.array(part)
+        terms = budget.pairings[pairing]
+        values = 100.0 / budget.mill_work_J * np.array([getattr(terms, key) for key in _CAUSES])
         begin = np.where(values < 0.0, ends[-1], ends[1])
         axes.barh(places, values, left=begin, color=COLOURS[pairing], label=_NAMES[pairing])
         ends[1] += np.maximum(values, 0.0)
@@ -57,22 +50,22 @@ def _causes(axes: Axes, ledger: Mapping[str, Any]) -> None:
     axes.invert_yaxis()
     axes.axvline(0.0, color="#888", lw=0.8)
     axes.set_xlabel("dissipated over the work of the mill [%]")
-    turned = ledger["to_rad"] - ledger["from_rad"]
-    axes.set_title(f"{turned:.2f} rad, closes to {100.0 * abs(ledger['closure']):.2g} %")
+    turned = budget.to_rad - budget.from_rad
+    axes.set_title(f"{turned:.2f} rad, residual {100.0 * abs(budget.closure):.2g} %")
     axes.legend()
 
 
-def _spectrum(axes: Axes, ledger: Mapping[str, Any]) -> None:
-    """Energy of the impacts in bins equal in the logarithm, down to SHOWN of the largest."""
+def _spectrum(axes: Axes, budget: EnergyBudget) -> None:
+    """Draw the energy of the impacts in logarithmic bins, down to SHOWN of the largest."""
     shown = []
     for pairing in PAIRINGS:
-        bins = ledger["impacts"][pairing]
-        if not bins["energy_J"]:
+        bins = budget.impacts[pairing]
+        if not bins.energy_J:
             continue
-        middle = np.sqrt(np.multiply(bins["energy_low_J"], bins["energy_high_J"]))
-        shown += list(zip(bins["energy_J"], middle, strict=True))
-        label = f"{_NAMES[pairing]}, {sum(bins['impacts']):,.0f} impacts"
-        axes.plot(middle, bins["energy_J"], drawstyle="steps-mid", color=COLOURS[pairing],
+        middle = np.sqrt(np.multiply(bins.energy_low_J, bins.energy_high_J))
+        shown += list(zip(bins.energy_J, middle, strict=True))
+        label = f"{_NAMES[pairing]}, {sum(bins.impacts):,.0f} impacts"
+        axes.plot(middle, bins.energy_J, drawstyle="steps-mid", color=COLOURS[pairing],
                   label=label)  # fmt: skip
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("energy of an impact [J]")

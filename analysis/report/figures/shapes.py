@@ -1,4 +1,4 @@
-"""Figures of contours, curtains and mass flow over all models (Figs. 11 to 14)."""
+"""Figures of contours, curtains and mass flow of all scaled mills (Figs. 11 to 14)."""
 
 from __future__ import annotations
 
@@ -10,54 +10,53 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from millscale.analysis.charge.comparison import ChargeComparison
-from millscale.analysis.charge.errors import CURTAINS_OF_THE_PAPER
-from millscale.analysis.charge.scaled_mills import Charge
+from millscale.analysis.charge.measured import Measured
+from millscale.analysis.finished import Charge
+from millscale.analysis.paper import numbers as paper
 from millscale.analysis.shapes.cross_section import groove_box, liner_outline
 from millscale.analysis.shapes.curtain import RESOLUTION
 from millscale.analysis.shapes.mass_flow import FRAMES
 from millscale.analysis.shapes.shape import Shape
 from millscale.analysis.shapes.solid_fraction import Grid
-from millscale.report.figures.style import STYLE, shades_of_models
-from millscale.runs.case_folder import is_physical
+from millscale.report.figures.style import STYLE, shade_of_each_S
 
 DASHES = {"fixed": "-", "overlap-matched": (0, (4, 1.5))}
 
 
-def model_look(charges: Sequence[Charge]) -> dict[tuple[str, str], dict]:
-    """Line style of each charge: colour by S, black at S = 1, dashes for a matched E."""
-    shades = shades_of_models(charge.S for charge in charges)
+def looks_of(charges: Sequence[Charge]) -> dict[Charge, dict]:
+    """Return the line style of each charge: colour by S, black at S = 1, dashes for a matched E."""
+    shades = shade_of_each_S(charges)
     return {
-        charge.key: {
+        charge: {
             "color": shades[charge.S],
-            "lw": 1.8 if is_physical(charge.S) else 1.2,
+            "lw": 1.8 if charge.is_physical else 1.2,
             "ls": DASHES[charge.stiffness],
-            "zorder": 2 if is_physical(charge.S) else 3,
+            "zorder": 2 if charge.is_physical else 3,
         }
         for charge in charges
     }
 
 
-def contours(comparison: ChargeComparison, charges: Sequence[Charge]) -> Figure:
-    """Surface contours at the mill angles kept, over R - a (Fig. 11).
+def contours(measured: Measured, charges: Sequence[Charge]) -> Figure:
+    """Return the surface contours at the mill angles kept, over R - a (Fig. 11).
 
     Args:
-        charges: which to draw, one seed of each model.
+        charges: which to draw, one seed of each scaled mill.
     """
-    look = model_look(charges)
-    angles = sorted(comparison.shapes)
+    look = looks_of(charges)
+    angles = sorted(measured.shapes)
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 7.9), layout="constrained")
         panels = figure.subplots(2, 2, squeeze=False, sharex=True, sharey=True).flat
         for axes, angle in zip(panels, angles, strict=False):
-            shapes = comparison.shapes[angle]
-            drawn = [charge for charge in charges if charge.key in shapes]
+            shapes = measured.shapes[angle]
+            drawn = [charge for charge in charges if charge in shapes]
             if drawn:
-                _outline(axes, shapes[drawn[0].key])
+                _outline(axes, shapes[drawn[0]])
             for charge in drawn:
-                for i, line in enumerate(shapes[charge.key].contour.lines):
+                for i, line in enumerate(shapes[charge].contour.lines):
                     label = None if i else charge.label
-                    axes.plot(*line.T, **look[charge.key], label=label)
+                    axes.plot(*line.T, **look[charge], label=label)
             axes.set_title(f"{angle:.4g} rad", fontsize=9.5)
         for axes in list(panels)[len(angles) :]:
             axes.set_visible(False)
@@ -67,26 +66,26 @@ def contours(comparison: ChargeComparison, charges: Sequence[Charge]) -> Figure:
     return figure
 
 
-def curtain_profiles(comparison: ChargeComparison, charges: Sequence[Charge]) -> Figure:
-    """Profiles of the paper's curtains at the last mill angle (Fig. 12), with the balls of the
-    first charge."""
-    look, shapes = model_look(charges), comparison.shapes[comparison.last_angle]
-    known = [c for c in charges if c.key in shapes and shapes[c.key].curtains is not None]
+def curtain_profiles(measured: Measured, charges: Sequence[Charge]) -> Figure:
+    """Return the profiles of the paper's curtains at the last mill angle (Fig. 12), with the balls
+    of the first charge."""
+    look, shapes = looks_of(charges), measured.shapes[measured.last_angle]
+    known = [c for c in charges if c in shapes and shapes[c].curtains is not None]
     nodes = Grid(RESOLUTION).nodes
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 7.9), layout="constrained")
-        for axes, number in zip(figure.subplots(2, 2).flat, CURTAINS_OF_THE_PAPER, strict=True):
-            drawn = [c for c in known if number in shapes[c.key].curtains]
+        for axes, number in zip(figure.subplots(2, 2).flat, paper.CURTAINS, strict=True):
+            drawn = [c for c in known if number in shapes[c].curtains]
             axes.set(title=f"curtain {number}", aspect="equal")
             if not drawn:
                 axes.text(0.5, 0.5, "too few balls", transform=axes.transAxes, ha="center")
                 continue
-            _outline(axes, shapes[drawn[0].key])
-            balls = shapes[drawn[0].key].curtains[number].centres
+            _outline(axes, shapes[drawn[0]])
+            balls = shapes[drawn[0]].curtains[number].centres
             axes.plot(*balls.T, ".", ms=2, color="#999", zorder=1, label=f"balls, {drawn[0].label}")
             for charge in drawn:
-                style = look[charge.key]
-                region = shapes[charge.key].curtains[number].region.astype(float)
+                style = look[charge]
+                region = shapes[charge].curtains[number].region.astype(float)
                 axes.contour(
                     nodes,
                     nodes,
@@ -97,7 +96,7 @@ def curtain_profiles(comparison: ChargeComparison, charges: Sequence[Charge]) ->
                     linestyles=[style["ls"]],
                 )
                 axes.plot([], [], **style, label=charge.label)
-            _frame_regions(axes, [shapes[c.key].curtains[number].region for c in drawn], nodes)
+            _frame_regions(axes, [shapes[c].curtains[number].region for c in drawn], nodes)
         _share_legend(figure)
         figure.supxlabel("x / (R - a)", fontsize=9.5)
         figure.supylabel("z / (R - a)", fontsize=9.5)
@@ -105,20 +104,20 @@ def curtain_profiles(comparison: ChargeComparison, charges: Sequence[Charge]) ->
 
 
 def has_flow(charge: Charge) -> bool:
-    """Whether the series of a charge holds the mass in the monitoring box."""
+    """Return whether the series of a charge holds the mass in the monitoring box."""
     return all(charge.has(column) for column in FRAMES.values())
 
 
 def mass_flow(charges: Sequence[Charge]) -> Figure:
-    """Mass in the monitoring box over total mass against mill angle, in the fixed and in the
-    rotating frame (Fig. 14)."""
-    look = model_look(charges)
+    """Return the mass in the monitoring box over total mass against mill angle, in the fixed and in
+    the rotating frame (Fig. 14)."""
+    look = looks_of(charges)
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 5.6), layout="constrained")
         panels = figure.subplots(2, 1, sharex=True)
         for axes, (frame, column) in zip(panels, FRAMES.items(), strict=True):
             for charge in charges:
-                style = look[charge.key] | {"lw": 0.9}
+                style = look[charge] | {"lw": 0.9}
                 angle, share = charge.series["mill_angle_rad"], 100.0 * charge.series[column]
                 axes.plot(angle, share, **style, label=charge.label)
             axes.set_ylabel(f"mass in the box [%]\n{frame} frame")
@@ -129,8 +128,8 @@ def mass_flow(charges: Sequence[Charge]) -> Figure:
 
 
 def monitoring_box(charge: Charge) -> Figure:
-    """Where the monitoring box is, at rest (Fig. 13)."""
-    radius = charge.case["mill"]["radius_m"]
+    """Return the place of the monitoring box at rest (Fig. 13)."""
+    radius = charge.case.mill.radius_m
     with rc_context(STYLE):
         figure = Figure(figsize=(3.6, 3.7), layout="constrained")
         axes = figure.add_subplot()

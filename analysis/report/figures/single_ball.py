@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millscale.analysis.finished import SingleBall
+from millscale.analysis.measures import COMMON_ANGLES
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.shapes.cross_section import liner_outline
-from millscale.analysis.single_ball.comparison import policy_models, row_key
+from millscale.analysis.single_ball.comparison import SingleBallRow, by_policy
 from millscale.report.figures.style import STYLE
-from millscale.runs.case_folder import SERIES, FinishedCase
-from millscale.runs.series import Series, read_series
+from millscale.runs.series import Series
 
 POLICY_MARKS = {
     "paper": ("o", "#1f6fb4"),
@@ -33,34 +31,11 @@ _REGION_BEGINS = (
 )
 
 
-@dataclass(frozen=True)
-class Track:
-    """A finished single-ball case and its series, read on first use."""
-
-    finished: FinishedCase
-
-    @property
-    def case(self) -> dict[str, Any]:
-        return self.finished.case
-
-    @property
-    def result(self) -> dict[str, Any]:
-        return self.finished.result
-
-    @cached_property
-    def series(self) -> Series:
-        return read_series(self.finished.folder / SERIES, "single-ball")
-
-    @property
-    def label(self) -> str:
-        return f"S = {self.case['S']:.4g}"
-
-
-def trajectories(tracks: Sequence[Track], over_radius: bool = False) -> Figure:
-    """Path of the ball's centre in the cross-section over the first cycle (Fig. 6).
+def trajectories(balls: Sequence[SingleBall], over_radius: bool = False) -> Figure:
+    """Return the path of the ball's centre in the cross-section over the first cycle (Fig. 6).
 
     Circles mark where free flight begins, crosses where the liner is left. The liner of each
-    model is drawn as it stands at the throw.
+    mill is drawn as it stands at the throw.
 
     Args:
         over_radius: divide by each mill's radius, so that similar paths coincide.
@@ -68,9 +43,9 @@ def trajectories(tracks: Sequence[Track], over_radius: bool = False) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(4.8, 5.0), layout="constrained")
         axes = figure.add_subplot()
-        for track, colour in zip(tracks, _colours(len(tracks)), strict=True):
-            unit = track.case["mill"]["radius_m"] if over_radius else 1.0
-            _trajectory(axes, track, colour, unit)
+        for ball, colour in zip(balls, _colours(len(balls)), strict=True):
+            unit = ball.case.mill.radius_m if over_radius else 1.0
+            _trajectory(axes, ball, colour, unit)
         axes.set_aspect("equal")
         unit_name = "/ R" if over_radius else "[m]"
         axes.set(xlabel=f"x {unit_name}", ylabel=f"z {unit_name}")
@@ -78,10 +53,10 @@ def trajectories(tracks: Sequence[Track], over_radius: bool = False) -> Figure:
     return figure
 
 
-def energy_curves(tracks: Sequence[Track], over_prediction: bool = False) -> Figure:
-    """Kinetic and potential energy against mill angle over the first cycle (Fig. 7).
+def energy_curves(balls: Sequence[SingleBall], over_prediction: bool = False) -> Figure:
+    """Return kinetic and potential energy against mill angle over the first cycle (Fig. 7).
 
-    The regions I to IV are those of the first model: I bounce at the start, II carried up,
+    The regions I to IV are those of the first mill: I bounce at the start, II carried up,
     III free flight, IV impact and rebound.
 
     Args:
@@ -90,14 +65,14 @@ def energy_curves(tracks: Sequence[Track], over_prediction: bool = False) -> Fig
     with rc_context(STYLE):
         figure = Figure(figsize=(5.2, 5.2), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)
-        for track, colour in zip(tracks, _colours(len(tracks)), strict=True):
-            series, first = track.series, first_cycle(track)
-            factor = track.case["predicted_energy_ratio"] if over_prediction else 1.0
+        for ball, colour in zip(balls, _colours(len(balls)), strict=True):
+            series, first = ball.series, first_cycle(ball)
+            factor = ball.case.predicted_energy_ratio if over_prediction else 1.0
             angle = series["mill_angle_rad"][first]
             kinetic = series["kinetic_translation_J"][first] / factor
-            upper.plot(angle, kinetic, color=colour, label=track.label)
+            upper.plot(angle, kinetic, color=colour, label=ball.label)
             lower.plot(angle, series["potential_J"][first] / factor, color=colour)
-        _mark_regions((upper, lower), tracks[0])
+        _mark_regions((upper, lower), balls[0])
         unit = "/ predicted ratio [J]" if over_prediction else "energy [J]"
         upper.set_ylabel(f"kinetic {unit}")
         lower.set(xlabel="mill rotation angle [rad]", ylabel=f"potential {unit}")
@@ -105,24 +80,26 @@ def energy_curves(tracks: Sequence[Track], over_prediction: bool = False) -> Fig
     return figure
 
 
-def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]], of_paper: bool = True) -> Figure:
-    """Energy ratio against its prediction, every policy and the paper (Fig. 8), and the deviation.
+def energy_ratios(scheme: str, rows: Sequence[SingleBallRow], of_paper: bool = True) -> Figure:
+    """Return the energy ratio against its prediction, every policy and the paper (Fig. 8), and the
+    deviation.
 
     Args:
         rows: of `comparison.single_ball_rows`, of one scheme.
         of_paper: whether the mill is the paper's.
     """
-    models = policy_models(list(rows), row_key)
+    mills = by_policy(list(rows))
     with rc_context(STYLE):
         figure = Figure(figsize=(4.8, 5.4), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         upper.plot([0, 1], [0, 1], color="#999", lw=1, zorder=1)
         lower.axhline(0.0, color="#999", lw=1, zorder=1)
         for policy, (mark, colour) in POLICY_MARKS.items():
-            compared = [r for r in models.get((scheme, policy), []) if r["energy_ratio"]]
+            known = mills.get((scheme, policy), [])
+            points = [(row.predicted_ratio, row.energies[COMMON_ANGLES].ratio) for row in known]
             _ratio_points(
                 (upper, lower),
-                [(r["predicted_ratio"], r["energy_ratio"]) for r in compared],
+                [point for point in points if point[1]],
                 {"marker": mark, "color": colour, "label": f"policy {policy}", "zorder": 3},
             )
         if of_paper:
@@ -134,37 +111,37 @@ def energy_ratios(scheme: str, rows: Sequence[dict[str, Any]], of_paper: bool = 
         power = {"constant-gravity": " = 1/S", "constant-speed": " = 1/S²"}.get(scheme, "")
         lower.set(xlabel=f"predicted ratio{power}", ylabel="deviation [%]")
         upper.set_ylabel("ratio of energy change to S = 1")
-        # Without the paper's points and a case at S = 1 there is nothing to name.
+        # Without the paper's points and a case at S = 1 the legend is empty.
         if upper.get_legend_handles_labels()[0]:
             upper.legend()
     return figure
 
 
-def first_cycle(track: Track) -> slice:
-    """Samples from the start of rotation to where the ball is lifted a second time."""
-    angle = track.series["mill_angle_rad"]
+def first_cycle(ball: SingleBall) -> slice:
+    """Return the samples from the start of rotation to where the ball is lifted a second time."""
+    angle = ball.series["mill_angle_rad"]
     begin = max(0, int(np.searchsorted(angle, 0.0, side="right")) - 1)
-    throws = track.result["throws"]
+    throws = ball.result.throws
     end = angle.size
     if len(throws) > 1:
-        settled = track.result["regions"]["settled_again_rad"]
-        last = throws[1]["mill_angle_rad"] if settled is None else settled
+        settled = ball.result.regions.settled_again_rad
+        last = throws[1].mill_angle_rad if settled is None else settled
         end = int(np.searchsorted(angle, last, side="right"))
     return slice(begin, end)
 
 
-def _trajectory(axes: Axes, track: Track, colour, unit: float) -> None:
-    series, first = track.series, first_cycle(track)
+def _trajectory(axes: Axes, ball: SingleBall, colour, unit: float) -> None:
+    series, first = ball.series, first_cycle(ball)
     x, z = series["x_m"][first] / unit, series["z_m"][first] / unit
-    axes.plot(x, z, color=colour, label=track.label, zorder=3)
-    throws = track.result["throws"]
-    turned_by = throws[0]["mill_angle_rad"] if throws else 0.0
-    outline = liner_outline(track.case, turned_by) / unit
+    axes.plot(x, z, color=colour, label=ball.label, zorder=3)
+    throws = ball.result.throws
+    turned_by = throws[0].mill_angle_rad if throws else 0.0
+    outline = liner_outline(ball.case, turned_by) / unit
     axes.plot(*outline.T, color=colour, lw=0.6, alpha=0.45, zorder=1)
     if throws:
-        flight_x, _, flight_z = throws[0]["position_m"]
+        flight_x, _, flight_z = throws[0].position_m
         axes.plot(flight_x / unit, flight_z / unit, "o", color=colour, ms=4.5, zorder=4)
-        row = _row_at(series, throws[0]["liner_off_mill_angle_rad"])
+        row = _row_at(series, throws[0].liner_off_mill_angle_rad)
         if row is not None:
             axes.plot(
                 series["x_m"][row] / unit, series["z_m"][row] / unit, "x", color=colour, zorder=4
@@ -178,12 +155,12 @@ def _row_at(series: Series, mill_angle: float | None) -> int | None:
     return min(row, series["step"].size - 1)
 
 
-def _mark_regions(all_axes: Sequence[Axes], track: Track) -> None:
-    regions = track.result["regions"]
+def _mark_regions(all_axes: Sequence[Axes], ball: SingleBall) -> None:
+    regions = ball.result.regions
     if not regions:
         return
-    end = float(track.series["mill_angle_rad"][first_cycle(track)][-1])
-    begins = [("I", 0.0)] + [(name, regions[key]) for name, key in _REGION_BEGINS]
+    end = float(ball.series["mill_angle_rad"][first_cycle(ball)][-1])
+    begins = [("I", 0.0)] + [(name, getattr(regions, key)) for name, key in _REGION_BEGINS]
     known = [(name, begin) for name, begin in begins if begin is not None and begin < end]
     ends = [begin for _, begin in known[1:]] + [end]
     for axes in all_axes:

@@ -1,4 +1,4 @@
-"""All models of a scheme at the same mill angles in one sheet (Figs. 9, 10).
+"""All scaled mills of a scheme at the same mill angles in one sheet (Figs. 9, 10).
 
 Balls are drawn into an array of pixels, so that 231,461 of them take part of a second and no
 graphics library is needed.
@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from millscale.analysis.charge.scaled_mills import Charge
+from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.cross_section import liner_outline
 from millscale.analysis.shapes.shape import SAME_ANGLE
 from millscale.analysis.shapes.snapshots import first_dump, snapshots_near, starts_on_rising_side
 from millscale.report.figures.style import STYLE
-from millscale.runs.case_folder import RunFolderError
 from millscale.runs.dumps import Dump, read_dump
+from millscale.runs.untrusted import RunFolderError
 
 RISING, FALLING = (200, 50, 43), (36, 88, 179)  # red and blue by the starting side, x < 0, x >= 0
 PIXELS = 420
@@ -28,8 +28,8 @@ DARKEST = 0.45  # of a ball's colour, at its rim
 
 
 def snapshot_sheet(charges: Sequence[Charge], mill_angles: Sequence[float]) -> Figure:
-    """A row for each model, a column for each mill angle [rad]; a panel without a dump at that
-    angle says so.
+    """Return a row for each charge, a column for each mill angle [rad]; a panel without a dump at
+    that angle says so.
 
     Raises:
         RunFolderError: a case without dumps.
@@ -39,7 +39,7 @@ def snapshot_sheet(charges: Sequence[Charge], mill_angles: Sequence[float]) -> F
         figure = Figure(figsize=size, layout="constrained")
         rows = figure.subplots(len(charges), len(mill_angles), squeeze=False)
         for row, charge in zip(rows, charges, strict=True):
-            row[0].set_ylabel(f"{charge.label}\n{charge.case['ball']['count']:,} balls")
+            row[0].set_ylabel(f"{charge.label}\n{charge.balls:,} balls")
             _draw_row(row, charge, mill_angles)
         for axes, angle in zip(rows[0], mill_angles, strict=True):
             axes.set_title(f"{angle:.4g} rad", fontsize=9.5)
@@ -47,8 +47,8 @@ def snapshot_sheet(charges: Sequence[Charge], mill_angles: Sequence[float]) -> F
 
 
 def ball_picture(dump: Dump, rising: np.ndarray, radius: float, pixels: int = PIXELS) -> np.ndarray:
-    """A view along the mill axis, (pixels, pixels, 3) uint8: x to the right, z up, white where no
-    ball is; of balls behind each other the one with the smallest y is seen.
+    """Return a view along the mill axis, (pixels, pixels, 3) uint8: x to the right, z up, white
+    where no ball is; of balls behind each other the one with the smallest y is seen.
 
     Args:
         rising: (n,) bool, balls in red.
@@ -79,8 +79,8 @@ def ball_picture(dump: Dump, rising: np.ndarray, radius: float, pixels: int = PI
 
 
 def _draw_row(row: Sequence[Any], charge: Charge, mill_angles: Sequence[float]) -> None:
-    case, folder = charge.case, charge.finished.folder
-    radius = case["mill"]["radius_m"]
+    case, folder = charge.case, charge.folder
+    radius = case.mill.radius_m
     first = first_dump(folder)
     near = snapshots_near(folder, mill_angles)
     for axes, angle in zip(row, mill_angles, strict=True):

@@ -1,4 +1,4 @@
-"""Run time of the models (Table 10), and what speed costs in error."""
+"""Run time of scaled mills (Table 10), and their errors against it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millscale.analysis.charge.speed_error import SHOWN, MillRow
+from millscale.analysis.measures import ErrorColumn
 from millscale.analysis.paper import numbers as paper
 from millscale.report.figures.style import STYLE, plain_log_ticks
 
-# Colour-blind safe (Okabe and Ito), and told apart by the mark as well.
+# Colour-blind safe (Okabe and Ito); the mark differs as well.
 LOOKS = {
     ("constant-gravity", "fixed"): {"marker": "o", "color": "#0072b2"},
     ("constant-gravity", "overlap-matched"): {"marker": "D", "color": "#56b4e9"},
@@ -21,26 +23,18 @@ LOOKS = {
     ("constant-speed", "overlap-matched"): {"marker": "^", "color": "#e69f00"},
 }
 OTHER_LOOK = {"marker": "v", "color": "#009e73"}
-PANELS = (
-    ("contour_error_mean", "contour, mean [% of R - a]", 100.0),
-    ("contour_error_max", "contour, largest [% of R - a]", 100.0),
-    ("curtain_iou_upper", "curtains, upper ends: overlap", 1.0),
-    ("curtain_iou_lower", "curtains, lower ends: overlap", 1.0),
-    ("massflow_rms", "mass in the box, RMS [% of total]", 100.0),
-    ("power_error", "power / M g R ω, error [%]", 100.0),
-)
-
-Row = dict[str, Any]
 
 
-def speed_against_error(models: Sequence[Row]) -> Figure:
-    """Each error that was measured, against time. Bars: standard deviation over seeds; crosses: the
-    same error between two seeds of the model, below which a difference says nothing.
+def speed_against_error(mills: Sequence[MillRow]) -> Figure:
+    """Return each error that was measured, against time. Bars: standard deviation over seeds;
+    crosses: the same error between two seeds of the mill. An error no larger than those may be
+    chance.
 
     Args:
-        models: of `speed_error.model_rows`.
+        mills: of `speed_error.mill_rows`.
     """
-    panels = [p for p in PANELS if any(row[p[0]] is not None for row in models)] or PANELS
+    panels = [x for x in SHOWN if any(mill.errors[x.name].mean is not None for mill in mills)]
+    panels = panels or list(SHOWN)
     rows = math.ceil(len(panels) / 2)
     with rc_context(STYLE):
         figure = Figure(figsize=(7.6, 1.0 + 2.4 * rows), layout="constrained")
@@ -48,13 +42,13 @@ def speed_against_error(models: Sequence[Row]) -> Figure:
         all_axes = grid[: len(panels)]
         for axes in grid[len(panels) :]:
             axes.remove()
-        for axes, (name, title, factor) in zip(all_axes, panels, strict=True):
-            _error_panel(axes, models, name, factor)
-            axes.set_ylabel(title)
+        for axes, error in zip(all_axes, panels, strict=True):
+            _error_panel(axes, mills, error)
+            axes.set_ylabel(error.heading)
             axes.set_xscale("log")
             plain_log_ticks(axes.xaxis)
-            if name != "power_error":
-                axes.set_ylim(0.0, 1.0 if "iou" in name else None)
+            if not error.signed:
+                axes.set_ylim(0.0, error.same or None)
         for axes in all_axes[-2:]:
             axes.set_xlabel("processor time [s]")
         known = {}
@@ -66,8 +60,8 @@ def speed_against_error(models: Sequence[Row]) -> Figure:
     return figure
 
 
-def run_times(models: Sequence[Row], of_paper: bool = True) -> Figure:
-    """Time against the number of balls (Table 10); the paper's is wall time of 20 s of the mill.
+def run_times(mills: Sequence[MillRow], of_paper: bool = True) -> Figure:
+    """Return time against the number of balls (Table 10); the paper's is the wall time of 20 s.
 
     Args:
         of_paper: whether the mill is the paper's.
@@ -75,8 +69,8 @@ def run_times(models: Sequence[Row], of_paper: bool = True) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(4.8, 3.6), layout="constrained")
         axes = figure.add_subplot()
-        for key, group in _by_look(models).items():
-            points = sorted((row["balls"], _time(row) / 3600.0) for row in group)
+        for key, group in _by_look(mills).items():
+            points = sorted((mill.balls, mill.time_s / 3600.0) for mill in group)
             axes.plot(*zip(*points, strict=True), ls="-", lw=0.8, label=_name(key), **_look(key))
         if of_paper:
             reported = paper.table("table10_wall_time")
@@ -95,40 +89,35 @@ def run_times(models: Sequence[Row], of_paper: bool = True) -> Figure:
     return figure
 
 
-def _error_panel(axes: Axes, models: Sequence[Row], name: str, factor: float) -> None:
-    known = [row for row in models if row[name] is not None]
+def _error_panel(axes: Axes, mills: Sequence[MillRow], error: ErrorColumn) -> None:
+    name, factor = error.name, error.factor
+    known = [mill for mill in mills if mill.errors[name].mean is not None]
     if not known:
         axes.text(0.5, 0.5, "not measured", transform=axes.transAxes, ha="center", color="#777")
         return
     for key, group in _by_look(known).items():
-        time = [_time(row) for row in group]
-        error = [factor * row[name] for row in group]
-        bars = [factor * (row["spread"][name] or 0.0) for row in group]
+        time = [mill.time_s for mill in group]
+        values = [factor * mill.errors[name].mean for mill in group]
+        bars = [factor * (mill.errors[name].deviation or 0.0) for mill in group]
         axes.errorbar(
-            time, error, bars, ls="none", ms=5.5, capsize=3, label=_name(key), **_look(key)
+            time, values, bars, ls="none", ms=5.5, capsize=3, label=_name(key), **_look(key)
         )
-        for row, x, y in zip(group, time, error, strict=True):
+        for mill, x, y in zip(group, time, values, strict=True):
             axes.annotate(
-                f"{row['S']:.4g}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7.5
-            )
-    noise = [(_time(r), factor * r["noise"][name]) for r in known if _told(r, name)]
-    if noise:
-        axes.plot(*zip(*noise, strict=True), "x", color="#777", ms=5, label="between two seeds")
+                f"{mill.name.S:.4g}", (x, y), xytext=(5, 4), textcoords="offset points",
+                fontsize=7.5,
+            )  # fmt: skip
+    between = [(mill.time_s, mill.errors[name].between_seeds) for mill in known]
+    points = [(time, factor * value) for time, value in between if value is not None]
+    if points:
+        axes.plot(*zip(*points, strict=True), "x", color="#777", ms=5, label="between two seeds")
 
 
-def _time(row: Row) -> float:
-    """Of the processor, which a shared machine lengthens less, or else wall time [s]."""
-    return row["processor_time_s"] or row["wall_time_s"]
-
-
-def _told(row: Row, name: str) -> bool:
-    return row["noise"][name] is not None
-
-
-def _by_look(models: Sequence[Row]) -> dict[tuple[str, str, str], list[Row]]:
-    groups: dict[tuple[str, str, str], list[Row]] = {}
-    for row in models:
-        groups.setdefault((row["campaign"], row["scheme"], row["stiffness"]), []).append(row)
+def _by_look(mills: Sequence[MillRow]) -> dict[tuple[str, str, str], list[MillRow]]:
+    groups: dict[tuple[str, str, str], list[MillRow]] = {}
+    for mill in mills:
+        key = mill.name.campaign, mill.name.scheme, mill.name.stiffness
+        groups.setdefault(key, []).append(mill)
     return groups
 
 

@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.axis import Axis
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from millscale.runs.case_folder import is_physical
+from millscale.analysis.finished import Finished
 
 STYLE = {
     "font.size": 9.5,
@@ -30,16 +30,16 @@ STYLE = {
 
 
 def plain_log_ticks(axis: Axis) -> None:
-    """Ticks of a logarithmic axis at 1, 2 and 5 of each decade, as plain numbers: the default's
-    labels run into each other over a few decades."""
+    """Set the ticks of a logarithmic axis at 1, 2 and 5 of each decade, as plain numbers: the
+    labels of the default overlap over a few decades."""
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(StrMethodFormatter("{x:,g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
-def shades_of_models(models: Iterable[float]) -> dict[float, Any]:
-    """A colour for each S; the physical mill's is black."""
-    known = set(models)
-    scaled = sorted(S for S in known if not is_physical(S))
+def shade_of_each_S(cases: Iterable[Finished]) -> dict[float, Any]:
+    """Return a colour for each S of some cases; the physical mill's is black."""
+    known = {case.S: case.is_physical for case in cases}
+    scaled = sorted(S for S, is_physical in known.items() if not is_physical)
     shades = colormaps["viridis"](np.linspace(0.85, 0.15, len(scaled)))
     return dict.fromkeys(known, "black") | dict(zip(scaled, map(tuple, shades), strict=True))

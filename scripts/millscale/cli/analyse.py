@@ -111,13 +111,13 @@ def campaigns(
 
     Example: `millscale analyse campaigns runs/paper-multi-ball --to paper-multi-ball.json`
     """
-    from millscale.analysis.charge.speed_error import markdown, model_rows
-    from millscale.analysis.paper.results import origin, paper_results
+    from millscale.analysis.charge.speed_error import markdown, mill_rows
+    from millscale.analysis.several_campaigns import compare_campaigns, origin
     from millscale.runs.writing import write_json
 
-    content = origin(runs, machine, commit) | paper_results(runs)
-    write_json(to, content)
-    typer.echo(markdown(model_rows(content["rows"])))
+    comparison, content = compare_campaigns(runs)
+    write_json(to, origin(runs, machine, commit) | content)
+    typer.echo(markdown(mill_rows(comparison.rows)))
 
 
 @analyse.command()
@@ -132,7 +132,7 @@ def variants(
 
     Example: `millscale analyse variants runs/trapezoid runs/parallel --S 2.6`
     """
-    from millscale.analysis.single_ball.variants import markdown, variant_rows
+    from millscale.analysis.variants import markdown, variant_rows
 
     typer.echo(markdown(variant_rows(runs, ratio, policy)))
 

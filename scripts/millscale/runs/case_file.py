@@ -319,6 +319,11 @@ class Case(Section, kw_only=True):
     digest: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z", description="a SHA-256")]
 
     @property
+    def is_physical(self) -> bool:
+        """Whether the case is the physical mill: the same in all schemes and policies."""
+        return abs(self.S - 1.0) < 1e-9
+
+    @property
     def identity(self) -> str:
         """Hash of all that decides the case but its names: equal for the same case elsewhere."""
         return case_identity(self.document)

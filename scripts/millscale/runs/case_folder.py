@@ -59,7 +59,7 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
 
 def load_timing(folder: Path) -> dict[str, Any]:
     """The timing.json of a case folder."""
-    return read_json(folder / TIMING, _run(folder))
+    return read_json(folder / TIMING, run_line(folder))
 
 
 def load_finished(folder: Path) -> FinishedCase:
@@ -70,11 +70,11 @@ def load_finished(folder: Path) -> FinishedCase:
     """
     case = load_case(folder)
     check_current(folder, case)
-    made_by = shlex.join(["python", "-m", "millscale.analysis.case", str(folder)])
+    made_by = shlex.join(["millscale", "analyse", "case", str(folder)])
     result = read_json(folder / RESULT, made_by)
     if case.kind == "multi-ball" and "torque_balance" not in result:
         cause = "its torque and power are samples of single steps, made by an earlier version"
-        raise RunFolderError(folder / RESULT, cause, f"run the case again: {_run(folder)}")
+        raise RunFolderError(folder / RESULT, cause, f"run the case again: {run_line(folder)}")
     return FinishedCase(folder, case, result, load_timing(folder))
 
 
@@ -98,7 +98,7 @@ def check_current(folder: Path, case: Case, upto: str = "result") -> None:
         RunFolderError: says what has changed.
     """
     if reason := why_stale(folder, case.kind, upto):
-        raise RunFolderError(folder, f"stale: {reason}", f"make it again: {_run(folder)}")
+        raise RunFolderError(folder, f"stale: {reason}", f"make it again: {run_line(folder)}")
 
 
 def case_folders(runs: Path) -> list[Path]:
@@ -145,7 +145,8 @@ def why_missing(folder: Path) -> str:
     return one_line(f"{words[0]} failed: {words[1]}" + (f"; to do: {words[2]}" if words[2] else ""))
 
 
-def _run(folder: Path) -> str:
+def run_line(folder: Path) -> str:
+    """Return the command that makes the files of a case folder."""
     runs = shlex.quote(str(folder.parent.parent))
     return f"millscale run FILE --runs {runs} --only {shlex.quote(folder.name)}"
 
@@ -153,8 +154,3 @@ def _run(folder: Path) -> str:
 def verify_line(runs: Path) -> str:
     """The command that finds damaged files of a runs folder."""
     return shlex.join(["millscale", "verify", str(runs)])
-
-
-def is_physical(S: float) -> bool:
-    """Whether S is that of the physical mill."""
-    return abs(S - 1.0) < 1e-9

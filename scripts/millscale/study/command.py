@@ -22,7 +22,7 @@ from millscale.study.file import Setting, StudyFile, load_study
 from millscale.study.folders import Places, found_cases, record, write_setting
 from millscale.study.page import REPORT, RESULTS, build_study
 from millscale.study.plan import render, study_plan
-from millscale.study.results import published, with_study
+from millscale.study.results import StudyResults, published, with_study
 from millscale.study.tables import tables
 from millscale.workflow.placement import OPEN, campaign_time
 from millscale.workflow.run_command import Request, check_free_disk, request, run_campaign
@@ -61,7 +61,7 @@ def plan(call: StudyCall) -> list[dict[str, Any]]:
     return [row for row in study_plan(study, found) if row["setting"] in chosen]
 
 
-def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, dict[str, Any]]:
+def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, StudyResults]:
     """Run what is missing, write the page; whether all cases have their results, and the results.
 
     Raises:
@@ -124,7 +124,7 @@ def _request(study: StudyFile, setting: Setting, places: Places, cores: CoreWish
     return request(file, folder, left, cores) if left else None
 
 
-def _compared(runs: Path, about: dict[str, Any]) -> dict[str, Any]:
+def _compared(runs: Path, about: dict[str, Any]) -> StudyResults:
     try:
         return build_study(runs, about)
     except RunFolderError as error:

@@ -1,19 +1,19 @@
-"""How far each setting of a study is from its reference, told from what chance does.
+"""Errors of each setting of a parameter study against its reference, without what chance adds.
 
-A bed is chaotic: two seeds of one setting are a distance apart. With D the root mean square
-distance of two runs and V = D^2 / 2 between seeds, what a run adds by chance,
+Two runs that differ only in the random packing also differ. With D the root mean square distance of
+two runs and V = D^2 / 2 between seeds, the variance that chance adds to a run,
 
     error^2  = D^2(setting, reference) - V(setting) - V(reference), at least 0
     spread^2 = V(setting) / n + V(reference) / m
 
-of n and m seeds: error is the distance of their means without chance, spread the distance that
-means of so many seeds have by chance alone. For numbers and for root mean squares of curves both
-hold exactly (the second is the standard error of a difference of means; Szekely and Rizzo 2013,
-doi 10.1016/j.jspi.2013.03.018, for the first); for contours and curtains, whose distance is no
-root mean square, they hold where one of error and chance is small. Derived here.
+of n and m seeds. The error is the distance of their means without chance. The spread is the
+distance that means of so many seeds have by chance alone. For numbers and for root mean squares of
+curves both are exact: the second is the standard error of a difference of means; for the first see
+Szekely and Rizzo 2013, doi 10.1016/j.jspi.2013.03.018. The distance of contours and curtains is no
+root mean square; for them both hold where either error or chance is small. Derived here.
 
-Three seeds tell V to a factor of two, so it is the mean over all settings of the same S and number
-of balls: what a setting scatters beyond that counts as its error.
+Three seeds give V to a factor of two. So V is the mean over all settings of the same S and number
+of balls, and a setting that scatters more has the excess in its error.
 """
 
 from __future__ import annotations
@@ -21,170 +21,144 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from millscale.analysis.charge.comparison import Key, Measured, Pairs
-from millscale.analysis.charge.scaled_mills import Charge
-
-Row = dict[str, Any]
-# What is compared, in words; all are shares.
-ERRORS = {
-    "contour": "surface contour: mean distance over R - a",
-    "curtain": "curtains: 1 - intersection over union",
-    "mass_flow": "mass in the monitoring box: RMS difference over its mean",
-    "power": "mean power over M g R omega: relative",
-    "detach_angle": "angle from the vertical at which balls were thrown: relative",
-}
+from millscale.analysis.charge.measured import Measured
+from millscale.analysis.charge.scaled_mills import Pair, ScaledMill
+from millscale.analysis.measures import STUDIED
 
 
 @dataclass(frozen=True)
-class SettingModel:
-    """The seeds of one mill in one setting."""
+class StudyError:
+    """An error of a setting; None where it is not known.
 
-    seeds: tuple[Charge, ...]
+    Attributes:
+        error, spread: of the docstring of the module; without any V the error is D.
+        within_spread: whether the error is no larger than the spread.
+        distance: D.
+        scatter: what chance adds to a single run of the setting, the square root of its own V.
+    """
+
+    error: float | None = None
+    spread: float | None = None
+    within_spread: bool | None = None
+    distance: float | None = None
+    scatter: float | None = None
 
     @property
-    def setting(self) -> str:
-        return self.seeds[0].campaign
+    def resolved(self) -> float | None:
+        """Return the error, or its spread if that is larger."""
+        if self.error is None or not math.isfinite(self.error):
+            return None
+        return max(self.error, self.spread or 0.0)
 
     @property
-    def first(self) -> Charge:
-        return self.seeds[0]
+    def bound(self) -> float | None:
+        """Return error plus spread, which a recommendation claims. An error without a spread still
+        contains all of chance."""
+        return None if self.resolved is None else self.error + (self.spread or 0.0)
 
 
-def models_of(charges: Sequence[Charge]) -> list[SettingModel]:
-    """Charges by setting, scheme, policy, stiffness and S; seeds in order."""
-    groups: dict[tuple, list[Charge]] = {}
-    for charge in charges:
-        groups.setdefault(charge.model, []).append(charge)
-    ordered = (sorted(group, key=lambda charge: charge.case["seed"]) for group in groups.values())
-    return [SettingModel(tuple(group)) for group in ordered]
+def reference_for(mill: ScaledMill, mills: Sequence[ScaledMill], setting: str) -> ScaledMill:
+    """Return the reference of a mill: the largest mill (smallest S) of a setting, there of its own
+    scheme and policy if possible.
 
-
-def reference_for(
-    model: SettingModel, models: Sequence[SettingModel], setting: str
-) -> SettingModel:
-    """The reference of a model: of the setting named, the largest mill (smallest S), there of the
-    model's own scheme and policy if possible.
+    Args:
+        setting: name of the reference setting.
 
     Raises:
         ValueError: nothing of that setting is finished.
     """
-    known = [other for other in models if other.setting == setting]
+    known = [other for other in mills if other.name.campaign == setting]
     if not known:
         raise ValueError(f"no finished case of the reference, setting {setting!r}")
-    return min(
-        known,
-        key=lambda other: (
-            other.first.S,
-            *(a != b for a, b in zip(other.first.model[1:4], model.first.model[1:4], strict=True)),
-        ),
-    )
+
+    def unlike(other: ScaledMill) -> tuple:
+        return other.name.S, *(a != b for a, b in zip(other.name[1:4], mill.name[1:4], strict=True))
+
+    return min(known, key=unlike)
 
 
-def pairs_of(first: SettingModel, second: SettingModel) -> list[tuple[Charge, Charge]]:
-    """Runs of two models to compare: those of different seeds, since the same packing may be alike
-    for a while; all if there are no others. Of one model each two once."""
+def pairs_of(first: ScaledMill, second: ScaledMill) -> list[Pair]:
+    """Return the runs of two mills to compare: those of different seeds, since equal packings may
+    stay alike for a while; all if there are no others. Of one mill every two seeds, once."""
     if first is second:
-        seeds = first.seeds
-        return [(a, b) for i, a in enumerate(seeds) for b in seeds[i + 1 :]]
+        return first.pairs()
     every = [(a, b) for a in first.seeds for b in second.seeds]
-    return [(a, b) for a, b in every if a.case["seed"] != b.case["seed"]] or every
+    return [(a, b) for a, b in every if a.seed != b.seed] or every
 
 
-def compared_pairs(models: Sequence[SettingModel], references: Sequence[SettingModel]) -> Pairs:
-    """What has to be measured: the seeds of each model against each other and its reference's."""
-    wanted = [(model, model) for model in models]
-    wanted += [(m, r) for m, r in zip(models, references, strict=True) if m is not r]
-    return {(a.key, b.key): (a, b) for m, r in wanted for a, b in pairs_of(m, r)}
+def compared_pairs(mills: Sequence[ScaledMill], references: Sequence[ScaledMill]) -> list[Pair]:
+    """Return what has to be measured: the seeds of each mill against one another and against those
+    of its reference."""
+    wanted = [(mill, mill) for mill in mills]
+    wanted += [(m, r) for m, r in zip(mills, references, strict=True) if m is not r]
+    return list(dict.fromkeys(pair for m, r in wanted for pair in pairs_of(m, r)))
 
 
 @dataclass(frozen=True)
 class Distances:
-    """Root mean square distances between the models of a study.
+    """Root mean square distances between the mills of a parameter study.
 
     Attributes:
-        measured: of the `compared_pairs` of the models.
+        measured: of the `compared_pairs` of the mills.
     """
 
-    models: Sequence[SettingModel]
+    mills: Sequence[ScaledMill]
     measured: Measured
 
-    def between(self, first: SettingModel, second: SettingModel, error: str) -> float | None:
-        """Root mean square distance of runs of two models; None if nothing could be compared."""
-        found = [distance(self.measured, (a.key, b.key), error) for a, b in pairs_of(first, second)]
+    def between(self, first: ScaledMill, second: ScaledMill, name: str) -> float | None:
+        """Return the root mean square distance of runs of two mills; None if nothing could be
+        compared.
+
+        Args:
+            name: of an error, a key of STUDIED.
+        """
+        error = STUDIED[name]
+        found = [
+            error.distance(self.measured.errors[pair].steady(error.name))
+            for pair in pairs_of(first, second)
+        ]
         known = [value for value in found if value is not None]
         return math.sqrt(float(np.mean(np.square(known)))) if known else None
 
-    def scatter(self, model: SettingModel, error: str) -> float | None:
-        """What one run of a model is off by chance: the square root of its own V; None for one
-        seed."""
-        own = self.between(model, model, error)
+    def scatter(self, mill: ScaledMill, name: str) -> float | None:
+        """Return the square root of the V of a mill itself; None for one seed."""
+        own = self.between(mill, mill, name)
         return None if own is None else math.sqrt(0.5) * own
 
-    def chance(self, model: SettingModel, error: str) -> float | None:
-        """V of the module's docstring for a model: the mean over those of its S and number of
-        balls; if none of them has several seeds, over those nearest in S, then in balls; None if
-        no model has."""
+    def chance(self, mill: ScaledMill, name: str) -> float | None:
+        """Return V for a mill: the mean over the mills of its S and number of balls; if none of
+        them has several seeds, over those nearest in S, then in balls; None if no mill has."""
 
-        def remoteness(other: SettingModel) -> tuple[float, int]:
-            balls = [one.first.case["ball"]["count"] for one in (other, model)]
-            return abs(other.first.S - model.first.S), abs(balls[0] - balls[1])
+        def remoteness(other: ScaledMill) -> tuple[float, int]:
+            return abs(other.name.S - mill.name.S), abs(other.first.balls - mill.first.balls)
 
-        scatters = [(remoteness(other), self.scatter(other, error)) for other in self.models]
-        told = [(remote, value) for remote, value in scatters if value is not None]
-        nearest = min(told, default=None)
+        scatters = [(remoteness(other), self.scatter(other, name)) for other in self.mills]
+        known = [(remote, value) for remote, value in scatters if value is not None]
+        nearest = min(known, default=None)
         if nearest is None:
             return None
-        return float(np.mean([value**2 for remote, value in told if remote == nearest[0]]))
+        return float(np.mean([value**2 for remote, value in known if remote == nearest[0]]))
 
 
-def distance(measured: Measured, pair: tuple[Key, Key], error: str) -> float | None:
-    """Distance of two runs in one of ERRORS."""
-    row = measured.errors[pair]
-    if error == "contour":
-        return row["mean_over_angles"]["contour_error_mean"]
-    if error == "curtain":
-        overlap = row["mean_over_angles"]["curtain_iou_whole"]
-        return None if overlap is None else 1.0 - overlap
-    if error == "mass_flow":
-        return row["massflow_rms_over_mean"]
-    if error == "power":
-        return None if row["power_error"] is None else abs(row["power_error"])
-    return _throw_distance(measured, pair)
+def errors_of(
+    mill: ScaledMill, reference: ScaledMill, distances: Distances
+) -> dict[str, StudyError]:
+    """Return each of STUDIED of a mill against its reference."""
+    return {name: _error(mill, reference, distances, name) for name in STUDIED}
 
 
-def _throw_distance(measured: Measured, pair: tuple[Key, Key]) -> float | None:
-    """Relative, of the means over the mill angles in the windows of both that both have."""
-    ours, theirs = (measured.throw_angles[key] for key in pair)
-    begin = max(measured.steady_from[key] for key in pair)
-    steady = [angle for angle in ours.keys() & theirs.keys() if angle >= begin]
-    if not steady:
-        return None
-    means = [float(np.mean([known[angle] for angle in steady])) for known in (ours, theirs)]
-    return abs(means[0] / means[1] - 1.0) if means[1] else None
-
-
-def errors_of(model: SettingModel, reference: SettingModel, distances: Distances) -> dict[str, Row]:
-    """Each of ERRORS: error and spread of the module's docstring; distance, D; scatter, what a
-    single run of the setting is off by chance; within_spread, whether the error is no more than the
-    spread. A value that cannot be told is None; without any V the error is D."""
-    return {name: _error(model, reference, distances, name) for name in ERRORS}
-
-
-def _error(model: SettingModel, reference: SettingModel, distances: Distances, name: str) -> Row:
-    row: Row = dict.fromkeys(("error", "spread", "within_spread", "distance"))
-    row["scatter"] = distances.scatter(model, name)
-    far = None if model is reference else distances.between(model, reference, name)
+def _error(mill: ScaledMill, reference: ScaledMill, distances: Distances, name: str) -> StudyError:
+    scatter = distances.scatter(mill, name)
+    far = None if mill is reference else distances.between(mill, reference, name)
     if far is None:
-        return row
-    row |= {"error": far, "distance": far}
-    chance = [distances.chance(one, name) for one in (model, reference)]
+        return StudyError(scatter=scatter)
+    chance = [distances.chance(one, name) for one in (mill, reference)]
     if None in chance:
-        return row
+        return StudyError(error=far, distance=far, scatter=scatter)
     error = math.sqrt(max(0.0, far**2 - sum(chance)))
-    counts = [len(one.seeds) for one in (model, reference)]
+    counts = [len(one.seeds) for one in (mill, reference)]
     spread = math.sqrt(sum(v / n for v, n in zip(chance, counts, strict=True)))
-    return row | {"error": error, "spread": spread, "within_spread": error <= spread}
+    return StudyError(error, spread, error <= spread, far, scatter)

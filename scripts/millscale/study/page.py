@@ -1,26 +1,28 @@
-"""The page of a study: report/index.html (self-contained), speed-against-error.json, images."""
+"""The page of a parameter study: report/index.html (self-contained), speed-against-error.json."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
-from millscale.formats import duration, hundredths, number
-from millscale.report.build import INDEX, PAGE, REPORT
+from millscale.analysis.measures import STUDIED
+from millscale.report.build import INDEX, REPORT, environment
 from millscale.report.images import Image, save_image
 from millscale.runs.writing import new_folder, replace_folder, write_json, write_text
 from millscale.study import pareto
-from millscale.study.errors import ERRORS
 from millscale.study.figures import time_against_error
-from millscale.study.results import published, study_results
+from millscale.study.pareto import SettingRow
+from millscale.study.results import StudyResults, published, study_results
 
 RESULTS = "speed-against-error.json"
-TITLES = {pareto.WORST: "largest of all errors", **ERRORS}
+TITLES = {
+    pareto.WORST: "largest of all errors",
+    **{name: error.about for name, error in STUDIED.items()},
+}
 
 
-def build_study(runs: Path, provenance: dict[str, Any]) -> dict[str, Any]:
+def build_study(runs: Path, provenance: dict[str, Any]) -> StudyResults:
     """Write the page of a study from its finished cases, RUNS/report; returns its results.
 
     An earlier page is replaced only when the new one is complete.
@@ -37,29 +39,28 @@ def build_study(runs: Path, provenance: dict[str, Any]) -> dict[str, Any]:
     new_folder(part)
     write_json(part / RESULTS, published([results], provenance))
     write_text(part / INDEX, _page(results, provenance, part))
-    folder = runs / REPORT
-    replace_folder(part, folder)
+    replace_folder(part, runs / REPORT)
     return results
 
 
-def _page(results: dict[str, Any], provenance: dict[str, Any], folder: Path) -> str:
-    environment = Environment(
-        loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    environment.filters |= {"number": number, "duration": duration, "hundredths": hundredths}
-    known = pareto.known_errors(results["rows"])
-    return environment.get_template("study.html.j2").render(
-        study=results,
-        provenance=provenance,
-        known=known,
-        titles=TITLES,
-        wanted=pareto.WANTED,
-        figures=_figures(results["rows"], known, folder),
-        worst=pareto.WORST,
+def _page(results: StudyResults, provenance: dict[str, Any], folder: Path) -> str:
+    known = pareto.known_errors(results.rows)
+    return (
+        environment()
+        .get_template("study.html.j2")
+        .render(
+            study=results,
+            provenance=provenance,
+            known=known,
+            titles=TITLES,
+            wanted=pareto.WANTED,
+            figures=_figures(results.rows, known, folder),
+            worst=pareto.WORST,
+        )
     )
 
 
-def _figures(rows: list[dict[str, Any]], known: list[str], folder: Path) -> list[Image]:
+def _figures(rows: Sequence[SettingRow], known: Sequence[str], folder: Path) -> list[Image]:
     return [
         save_image(
             time_against_error(rows, name, TITLES[name]),

@@ -1,157 +1,255 @@
-"""Time against error: the front, the setting to take for a wanted error, ours against stock.
+"""Time against error: the front, the setting to take for a wanted error, default against stock.
 
-An error below its spread is not known to be smaller than the spread, so `resolved` counts it as
-the spread: among settings that chance does not tell apart, time alone decides, and none is on the
-front by luck.
+An error below its spread is not known to be smaller than the spread, so `StudyError.resolved`
+counts it as the spread. Among settings that chance does not distinguish, time alone decides, and
+none is on the front by luck.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from millscale.study.errors import ERRORS
+from millscale.analysis.measures import STUDIED
+from millscale.study.errors import StudyError
 
-Row = dict[str, Any]
 WORST = "worst"
 WANTED = (0.01, 0.03, 0.10)
 
 
-def known_errors(rows: Sequence[Row]) -> list[str]:
-    """Those of ERRORS that any row tells: a plain drum has no curtains."""
-    return [e for e in ERRORS if any(row["errors"][e]["error"] is not None for row in rows)]
+@dataclass(frozen=True)
+class WorstError(StudyError):
+    """The largest of the errors of a setting; `of` is its name."""
+
+    of: str = ""
 
 
-def worst_of(errors: Mapping[str, Row], known: Sequence[str]) -> Row | None:
-    """The error whose `resolved` is largest, with its name as `of`; None if one is missing."""
-    values = {name: resolved(errors[name]) for name in known}
+@dataclass(frozen=True)
+class SettingRow:
+    """One scaled mill of one setting of a parameter study.
+
+    Attributes:
+        label: the setting; with scheme and S if it has several mills.
+        reference: label of what it is compared with.
+        engine: stock where ball and wall contacts are the engine's own, else millscale.
+        wall_time_s, processor_time_s: of a run with settling, mean over the seeds.
+        time_is: processor or wall: which of the two `time_s` is.
+        time_spread_s: its standard deviation over the seeds.
+        errors: by name.
+        worst: None of a reference, or if an error is missing.
+        on_front_of: errors on whose front the row is.
+    """
+
+    setting: str
+    label: str
+    about: str
+    is_reference: bool
+    is_default: bool
+    reference: str
+    scheme: str
+    policy: str
+    S: float
+    stiffness: str
+    balls: int
+    step_s: float
+    engine: str
+    contacts: str
+    damping: str
+    wall: str
+    length_m: float
+    rotation_angle_rad: float
+    seeds: int
+    ranks: int
+    wall_time_s: float
+    processor_time_s: float | None
+    time_is: str
+    time_s: float
+    time_spread_s: float | None
+    errors: Mapping[str, StudyError]
+    worst: WorstError | None = None
+    on_front_of: tuple[str, ...] = ()
+
+    @property
+    def on_front(self) -> bool:
+        return WORST in self.on_front_of
+
+    @property
+    def role(self) -> str:
+        return " (reference)" * self.is_reference + " (default)" * self.is_default
+
+    def error(self, name: str) -> StudyError | None:
+        """Return an error, or the worst."""
+        return self.worst if name == WORST else self.errors[name]
+
+    def resolved(self, name: str) -> float | None:
+        """Return `StudyError.resolved` of an error, or of the worst."""
+        error = self.error(name)
+        return error and error.resolved
+
+    def document(self) -> dict[str, Any]:
+        """Return the row of speed-against-error.json."""
+        return asdict(self) | {"on_front": self.on_front}
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The cheapest setting whose error plus spread (`bound`) does not exceed `wanted`.
+
+    Attributes:
+        error: name of the error, or WORST for all at once.
+        setting: label; None if there is none, then `nearest` is the setting with the least bound.
+    """
+
+    wanted: float
+    error: str
+    setting: str | None
+    time_s: float | None
+    bound: float | None
+    nearest: str | None
+    nearest_bound: float | None
+
+
+@dataclass(frozen=True)
+class AgainstStock:
+    """The default against the cheapest stock setting whose error is no larger.
+
+    Attributes:
+        stock: its label; None if no stock setting is as good.
+        ratio: times that it takes longer; `ratio_spread` its standard deviation.
+        at_least: without one, time of the best stock setting over that of the default.
+    """
+
+    error: str
+    default: str
+    default_time_s: float
+    default_error: float
+    stock: str | None
+    stock_time_s: float | None
+    stock_error: float | None
+    ratio: float | None
+    ratio_spread: float | None
+    best_stock: str
+    best_stock_error: float
+    at_least: float | None
+
+
+def known_errors(rows: Sequence[SettingRow]) -> list[str]:
+    """Return the names of the errors that any row knows: a plain drum has no curtains."""
+    return [name for name in STUDIED if any(row.errors[name].error is not None for row in rows)]
+
+
+def worst_of(errors: Mapping[str, StudyError], known: Sequence[str]) -> WorstError | None:
+    """Return the error whose resolved value is largest; None if one is missing."""
+    values = {name: errors[name].resolved for name in known}
     if not values or None in values.values():
         return None
     name = max(values, key=values.__getitem__)
-    return {"of": name, **errors[name]}
+    return WorstError(**asdict(errors[name]), of=name)
 
 
-def resolved(error: Row | None) -> float | None:
-    """The error, or its spread if that is larger; None if the error is not known."""
-    if error is None or error["error"] is None or not math.isfinite(error["error"]):
-        return None
-    return max(error["error"], error["spread"] or 0.0)
-
-
-def bound(error: Row | None) -> float | None:
-    """Error plus spread: what is claimed for a recommendation; None if the error is not known.
-    Without a spread the error still holds all of chance, so it stands for both."""
-    if resolved(error) is None:
-        return None
-    return error["error"] + (error["spread"] or 0.0)
-
-
-def error_of(row: Row, name: str) -> Row | None:
-    """An error of a row, or its worst."""
-    return row[WORST] if name == WORST else row["errors"][name]
-
-
-def front(rows: Sequence[Row], name: str) -> list[Row]:
-    """The rows that no other beats in both time and resolved error, by time. Rows equal in both
-    are on it together; references and rows that do not know the error are not."""
-    points = [(row, row["time_s"], resolved(error_of(row, name))) for row in rows]
-    points = [point for point in points if point[2] is not None and not point[0]["is_reference"]]
+def front(rows: Sequence[SettingRow], name: str) -> list[SettingRow]:
+    """Return the rows that no other row beats in both time and resolved error, by time. Rows equal
+    in both are on the front together. References and rows without the error are not on it."""
+    points = [(row, row.time_s, row.resolved(name)) for row in rows if not row.is_reference]
+    points = [point for point in points if point[2] is not None]
     best = [
         row
         for row, time, error in points
         if not any(t <= time and e <= error and (t, e) != (time, error) for _, t, e in points)
     ]
-    return sorted(best, key=lambda row: row["time_s"])
+    return sorted(best, key=lambda row: row.time_s)
 
 
-def recommendations(rows: Sequence[Row], wanted: Sequence[float] = WANTED) -> list[Row]:
-    """For each wanted error, of each kind and of all at once (`worst`): the cheapest setting whose
-    error plus spread is no more; setting None if there is none, then with what comes nearest."""
+def recommendations(
+    rows: Sequence[SettingRow], wanted: Sequence[float] = WANTED
+) -> list[Recommendation]:
+    """Return what to take for each wanted error, of each kind and of all at once (WORST)."""
     known = known_errors(rows)
-    result = []
-    for share in wanted:
-        for name in (*known, WORST):
-            bounds = [(row, _bound_in(row, name, known)) for row in rows]
-            told = [(row, b) for row, b in bounds if b is not None and not row["is_reference"]]
-            good = [row for row, b in told if b <= share]
-            best = min(good, key=lambda row: row["time_s"], default=None)
-            nearest = min(told, key=lambda point: point[1], default=None)
-            result.append(
-                {
-                    "wanted": share,
-                    "error": name,
-                    "setting": best["label"] if best else None,
-                    "time_s": best["time_s"] if best else None,
-                    "bound": _bound_in(best, name, known) if best else None,
-                    "nearest": None if best or not nearest else nearest[0]["label"],
-                    "nearest_bound": None if best or not nearest else nearest[1],
-                }
-            )
-    return result
+    return [_recommended(rows, share, name, known) for share in wanted for name in (*known, WORST)]
 
 
-def _bound_in(row: Row, name: str, known: Sequence[str]) -> float | None:
-    """`bound` of an error; of the worst the largest of all that are known."""
+def _recommended(
+    rows: Sequence[SettingRow], share: float, name: str, known: Sequence[str]
+) -> Recommendation:
+    bounds = [(row, _bound(row, name, known)) for row in rows if not row.is_reference]
+    bounds = [(row, bound) for row, bound in bounds if bound is not None]
+    good = [(row, bound) for row, bound in bounds if bound <= share]
+    best = min(good, key=lambda point: point[0].time_s, default=None)
+    nearest = None if best else min(bounds, key=lambda point: point[1], default=None)
+    return Recommendation(
+        wanted=share,
+        error=name,
+        setting=best and best[0].label,
+        time_s=best and best[0].time_s,
+        bound=best and best[1],
+        nearest=nearest and nearest[0].label,
+        nearest_bound=nearest and nearest[1],
+    )
+
+
+def _bound(row: SettingRow, name: str, known: Sequence[str]) -> float | None:
+    """Return the bound of an error; of the worst the largest of all that are known."""
     if name != WORST:
-        return bound(error_of(row, name))
-    bounds = [bound(row["errors"][kind]) for kind in known]
+        return row.errors[name].bound
+    bounds = [row.errors[kind].bound for kind in known]
     return None if not bounds or None in bounds else max(bounds)
 
 
-def time_to_solution(rows: Sequence[Row]) -> list[Row]:
-    """For each default row and each error: the cheapest stock setting whose error is no larger than
-    the resolved one of the default, and how many times longer it takes; for the worst no error may
-    be larger. What chance may have added to a stock setting's error is not held against it.
+def time_to_solution(rows: Sequence[SettingRow]) -> list[AgainstStock]:
+    """Return each default row against the stock settings, in each error and in all at once.
 
-    If no stock setting is as good, `stock` is None, and `at_least` the time of the best one, which
-    is not good enough, over ours.
+    A stock setting is as good if its error does not exceed the resolved error of the default; for
+    WORST no error may. What chance may have added to the error of a stock setting does not count.
     """
     known = known_errors(rows)
-    stock = [row for row in rows if row["engine"] == "stock" and not row["is_reference"]]
-    stock = [row for row in stock if row[WORST] is not None]
+    stock = [row for row in rows if row.engine == "stock" and not row.is_reference]
+    stock = [row for row in stock if row.worst is not None]
     result = []
-    for ours in (row for row in rows if row["is_default"] and row[WORST] is not None and stock):
-        result += [_against_stock(ours, [name], name, stock) for name in known]
-        result.append(_against_stock(ours, known, WORST, stock))
+    for row in (row for row in rows if row.is_default and row.worst is not None and stock):
+        result += [_against_stock(row, [name], name, stock) for name in known]
+        result.append(_against_stock(row, known, WORST, stock))
     return result
 
 
-def _against_stock(ours: Row, kinds: Sequence[str], name: str, stock: Sequence[Row]) -> Row:
-    """Ours against stock in some kinds of error, told under a name."""
-    own = {kind: resolved(ours["errors"][kind]) for kind in kinds}
+def _against_stock(
+    default: SettingRow, kinds: Sequence[str], name: str, stock: Sequence[SettingRow]
+) -> AgainstStock:
+    """Return a default row against stock in some kinds of error, under one name."""
+    own = {kind: default.errors[kind].resolved for kind in kinds}
 
-    def excess(row: Row) -> float:
-        """Largest error over that of the default; what both have none of is equal."""
-        errors = [(row["errors"][kind]["error"], own[kind]) for kind in kinds]
+    def excess(row: SettingRow) -> float:
+        """Return the largest error over that of the default; 1 where both are 0."""
+        errors = [(row.errors[kind].error, own[kind]) for kind in kinds]
         return max(e / o if o > 0.0 else (math.inf if e > 0.0 else 1.0) for e, o in errors)
 
     good = [row for row in stock if excess(row) <= 1.0]
-    best = min(good, key=lambda row: row["time_s"], default=None)
-    nearest = min(stock, key=lambda row: (excess(row), row["time_s"]))
-    return {
-        "error": name,
-        "default": ours["label"],
-        "default_time_s": ours["time_s"],
-        "default_error": max(own.values()),
-        "stock": best["label"] if best else None,
-        "stock_time_s": best["time_s"] if best else None,
-        "stock_error": _largest(best, kinds) if best else None,
-        "ratio": best["time_s"] / ours["time_s"] if best else None,
-        "ratio_spread": _ratio_spread(best, ours) if best else None,
-        "best_stock": nearest["label"],
-        "best_stock_error": _largest(nearest, kinds),
-        "at_least": None if best else nearest["time_s"] / ours["time_s"],
-    }
+    best = min(good, key=lambda row: row.time_s, default=None)
+    nearest = min(stock, key=lambda row: (excess(row), row.time_s))
+    return AgainstStock(
+        error=name,
+        default=default.label,
+        default_time_s=default.time_s,
+        default_error=max(own.values()),
+        stock=best and best.label,
+        stock_time_s=best and best.time_s,
+        stock_error=best and _largest(best, kinds),
+        ratio=best and best.time_s / default.time_s,
+        ratio_spread=best and _ratio_spread(best, default),
+        best_stock=nearest.label,
+        best_stock_error=_largest(nearest, kinds),
+        at_least=None if best else nearest.time_s / default.time_s,
+    )
 
 
-def _largest(row: Row, kinds: Sequence[str]) -> float:
-    return max(row["errors"][kind]["error"] for kind in kinds)
+def _largest(row: SettingRow, kinds: Sequence[str]) -> float:
+    return max(row.errors[kind].error for kind in kinds)
 
 
-def _ratio_spread(one: Row, other: Row) -> float | None:
-    """Standard deviation of a ratio of times, from those over the seeds."""
-    if one["time_spread_s"] is None or other["time_spread_s"] is None:
+def _ratio_spread(one: SettingRow, other: SettingRow) -> float | None:
+    """Return the standard deviation of a ratio of times, from those over the seeds."""
+    if one.time_spread_s is None or other.time_spread_s is None:
         return None
-    relative = math.hypot(*(row["time_spread_s"] / row["time_s"] for row in (one, other)))
-    return one["time_s"] / other["time_s"] * relative
+    relative = math.hypot(*(row.time_spread_s / row.time_s for row in (one, other)))
+    return one.time_s / other.time_s * relative

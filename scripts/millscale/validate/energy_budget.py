@@ -10,22 +10,24 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
-from millscale.analysis.charge.energy_budget import account, impact_spectrum, read_ledger
+from millscale.analysis.charge.energy_budget import read_energy_budget
+from millscale.analysis.result_file import EnergyBudget
 from millscale.cases.decks import copy_decks
 from millscale.cases.parameters import write_parameters
 from millscale.engine.deck_run import engine_text, find_engine
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError, EngineError
-from millscale.report.figures.energy_budget import energy_account
+from millscale.report.figures.energy_budget import energy_budget_figure
 from millscale.runs.case_file import Case, load_case
 from millscale.runs.series import read_series
+from millscale.runs.typed import as_typed
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
 
@@ -75,12 +77,11 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
 
 
 def accounted(folder: Path) -> dict[str, Any]:
-    """What the mill left in its folder: the account, its work by series.csv, its impacts."""
-    found = account(read_ledger(folder))
+    """Return the energy budget of a folder, with the work of the mill by series.csv."""
+    budget = read_energy_budget(folder)
     return {
-        **found,
-        "series_work_J": series_work(folder, found["from_rad"], found["to_rad"]),
-        "impacts": impact_spectrum(folder / "impacts.csv"),
+        **asdict(budget),
+        "series_work_J": series_work(folder, budget.from_rad, budget.to_rad),
     }
 
 
@@ -146,4 +147,6 @@ def _write(file: Path, case: Case, paths: Mapping[str, Any]) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     write_json(file, document | {"provenance": record})
     if "default" in paths:
-        energy_account(paths["default"]).savefig(file.with_suffix(".png"), dpi=130)
+        energy_budget_figure(as_typed(EnergyBudget, paths["default"])).savefig(
+            file.with_suffix(".png"), dpi=130
+        )

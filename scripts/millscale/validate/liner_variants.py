@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from millscale.analysis.single_ball.variants import markdown, variant_rows
+from millscale.analysis.variants import markdown, variant_rows
 from millscale.campaign.reader import parse_toml
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError

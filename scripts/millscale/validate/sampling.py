@@ -99,11 +99,11 @@ def torque_of(series: Series, case: Case) -> dict[str, float]:
     """Return torque over M g R of a series: by the work of the drive and by the balance."""
     scales, ends = charge_scales(case, series), series["mill_angle_rad"][[0, -1]]
     balance = torque_balance(series, scales, Window(*map(float, ends), ends))
-    by_charge = balance["weight_Nm"] + balance["angular_momentum_Nm"]
+    by_charge = balance.weight_Nm + balance.angular_momentum_Nm
     return {
-        "summed": balance["summed_Nm"] / scales["torque"],
-        "by_weight_and_momentum": by_charge / scales["torque"],
-        "difference": balance["difference"],
+        "summed": balance.summed_Nm / scales.torque,
+        "by_weight_and_momentum": by_charge / scales.torque,
+        "difference": balance.difference,
     }
 
 

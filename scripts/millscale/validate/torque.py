@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.cases.decks import PARAMETERS_FILE
 from millscale.engine.record import provenance
-from millscale.runs.case_folder import FinishedCase
 from millscale.runs.untrusted import MOST_JSON, RunFolderError, read_object, read_text
 from millscale.runs.writing import write_json, write_text
 
@@ -24,34 +24,33 @@ COMMAND = "millscale validate torque RUNS..."
 SAMPLING = "sampling.json"
 
 
-def rows_of(cases: Iterable[FinishedCase]) -> Iterator[Row]:
-    """A row for each charge."""
-    for one in cases:
-        case, result = one.case, one.result
-        balance, steady = result["torque_balance"], result["steady"]
+def rows_of(charges: Iterable[Charge]) -> Iterator[Row]:
+    """Yield a row for each charge."""
+    for charge in charges:
+        result = charge.result
         yield {
-            "id": one.id,
-            "S": case.S,
-            "seed": case.seed,
-            "balls": case.ball.count,
-            "step_s": case.time.step_s,
-            "wall_damping": _wall_damping(one),
-            "from_rad": result["mean_from_rad"],
-            "to_rad": result["mean_to_rad"],
-            "torque": result["dimensionless"]["torque"],
-            "standard_error": result["standard_error"]["torque"],
-            "centre_x": result["dimensionless"]["centre_x"],
-            "kinetic": result["dimensionless"]["kinetic"],
-            "difference": balance["difference"],
-            "angular_momentum_share": steady["angular_momentum_share"],
-            "alternating": result["alternating_torque"],
-            "is_steady": steady["is_steady"],
+            "id": charge.id,
+            "S": charge.S,
+            "seed": charge.seed,
+            "balls": charge.balls,
+            "step_s": charge.case.time.step_s,
+            "wall_damping": _wall_damping(charge.folder),
+            "from_rad": result.mean_from_rad,
+            "to_rad": result.mean_to_rad,
+            "torque": result.dimensionless["torque"],
+            "standard_error": result.standard_error["torque"],
+            "centre_x": result.dimensionless["centre_x"],
+            "kinetic": result.dimensionless["kinetic"],
+            "difference": result.torque_balance.difference,
+            "angular_momentum_share": result.steady.angular_momentum_share,
+            "alternating": result.alternating_torque,
+            "is_steady": result.steady.is_steady,
         }
 
 
-def _wall_damping(case: FinishedCase) -> str:
-    """By the deck's parameters, which may have been edited to compare the two."""
-    path = case.folder / PARAMETERS_FILE
+def _wall_damping(folder: Path) -> str:
+    """Return the wall damping in parameters.in, which may have been edited for a comparison."""
+    path = folder / PARAMETERS_FILE
     text = read_text(path, MOST_JSON, "run the case again") if path.exists() else ""
     found = re.search(r"^variable wall_damping string (\w+)$", text, re.M)
     return found[1] if found else "on"

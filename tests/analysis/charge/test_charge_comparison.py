@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from millscale.analysis.charge.comparison import compare_charges, twin_of
+from millscale.analysis.charge.comparison import compare_charges
 from millscale.analysis.charge.pair import compare_two, load_charge
-from millscale.analysis.charge.scaled_mills import reference_of, seeds_of
-from millscale.analysis.charge.speed_error import model_rows
-from millscale.analysis.paper.results import load_charges
+from millscale.analysis.charge.scaled_mills import Charges
+from millscale.analysis.charge.speed_error import mill_rows
+from millscale.analysis.several_campaigns import load_charges
 from millscale.runs.untrusted import RunFolderError
 from synthetic_case import finish_case, record_stages, write_campaign
 from synthetic_throw import (
@@ -24,6 +24,11 @@ from synthetic_throw import (
     throw_case,
     write_throw,
 )
+
+
+def documents(comparison):
+    """The rows of results.json by id."""
+    return {row.charge.id: row.document() for row in comparison.rows}
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +43,7 @@ def comparison(charges):
 
 @pytest.fixture
 def rows(comparison):
-    return {row["id"]: row for row in comparison.rows}
+    return documents(comparison)
 
 
 REFERENCE = "mb-cg-paper-S1.000-fixed-seed1"
@@ -46,20 +51,22 @@ SCALED = "mb-cg-paper-S2.600-fixed-seed1"
 
 
 def test_reference_is_the_physical_mill_of_either_scheme(charges):
-    assert {reference_of(charge, charges).id for charge in charges} == {REFERENCE}
+    every = Charges(tuple(charges))
+    assert {every.reference_of(charge).id for charge in charges} == {REFERENCE}
 
 
 def test_without_the_physical_mill_the_largest_is_the_reference(charges):
-    scaled = [charge for charge in charges if charge.S > 1.0]
-    found = {charge.id: reference_of(charge, scaled).id for charge in scaled}
-    # A seed of the reference model is a reference itself; the other scheme has its own.
+    scaled = Charges(tuple(charge for charge in charges if charge.S > 1.0))
+    found = {charge.id: scaled.reference_of(charge).id for charge in scaled}
+    # A seed of the reference is a reference itself; the other scheme has its own.
     assert all(name == other for name, other in found.items())
 
 
 def test_a_campaign_without_the_physical_mill_takes_that_of_another(charges):
     other = [dataclasses.replace(c, campaign="equal-filling") for c in charges if c.S > 1.0]
-    assert reference_of(other[0], [*charges, *other]).key == ("synthetic", REFERENCE)
-    assert [c.id for c in seeds_of(other[0], [*charges, *other])] == [
+    every = Charges((*charges, *other))
+    assert every.reference_of(other[0]).key == ("synthetic", REFERENCE)
+    assert [c.id for c in every.mill_of(other[0]).seeds] == [
         SCALED,
         SCALED.replace("seed1", "seed2"),
     ]
@@ -136,26 +143,35 @@ def test_seeds_are_measured_against_each_other(rows):
 
 
 def test_twin_at_constant_speed_differs_by_nothing(charges, comparison):
-    (row,) = comparison.schemes
+    (row,) = (row.document() for row in comparison.schemes)
     assert row["constant_gravity"] == SCALED
     # Same seed, same packing over R - a: the made-up charges are equal.
     assert row["contour_error_mean"] < 1e-9
     assert row["curtain_iou_whole"] == 1.0
     assert_allclose(row["power_error"], 0.0, atol=1e-9)
-    assert twin_of(charges[0], charges) is None
+    assert comparison.charges.twin_of(comparison.charges.every[0]) is None
 
 
-def test_models_are_means_over_their_seeds(comparison, rows):
-    models = {(m["scheme"], m["S"]): m for m in model_rows(comparison.rows)}
-    assert len(models) == 3
-    model = models["constant-gravity", 2.6]
+def test_rows_of_mills_are_means_over_their_seeds(comparison, rows):
+    mills = {(mill.name.scheme, mill.name.S): mill for mill in mill_rows(comparison.rows)}
+    assert len(mills) == 3
+    contour = mills["constant-gravity", 2.6].errors["contour_error_mean"]
     steady = [
         rows[name]["mean_over_angles"]["contour_error_mean"]
         for name in (SCALED, SCALED.replace("seed1", "seed2"))
     ]
-    assert_allclose(model["contour_error_mean"], np.mean(steady))
-    assert_allclose(model["spread"]["contour_error_mean"], np.std(steady, ddof=1))
-    assert models["constant-gravity", 1.0]["contour_error_mean"] is None
+    assert_allclose(contour.mean, np.mean(steady))
+    assert_allclose(contour.deviation, np.std(steady, ddof=1))
+    assert mills["constant-gravity", 1.0].errors["contour_error_mean"].mean is None
+
+
+def test_numbers_of_the_bed_are_those_put_in(rows):
+    numbers = rows[SCALED]["numbers"]
+    assert numbers["toe_angle_rad"] == pytest.approx(-2.4)
+    assert_allclose(numbers["solid_fraction"], 0.55, rtol=0.05)
+    assert numbers["torque"] == pytest.approx(0.37, rel=1e-6)
+    # The dumps hold no velocities, which lead back to the throw.
+    assert numbers["throw_angle_rad"] is None
 
 
 def test_runs_without_states_and_box_are_compared_as_far_as_they_go(tmp_path):
@@ -167,7 +183,7 @@ def test_runs_without_states_and_box_are_compared_as_far_as_they_go(tmp_path):
         finish_case(folder)
     write_campaign(tmp_path, [folder.name for folder in folders])
     charges = load_charges([tmp_path])[0]
-    row = next(row for row in compare_charges(charges).rows if row["S"] > 1.0)
+    row = next(row for row in compare_charges(charges).rows if row.charge.S > 1.0).document()
     assert_allclose(row["contour_error_mean"], DROP, atol=0.2 * 0.027)
     assert row["curtain_iou"] is None
     assert row["massflow_rms"] is None
@@ -183,7 +199,7 @@ def test_dumps_at_other_mill_angles_are_not_compared(tmp_path):
     for folder in folders:
         finish_case(folder)
     write_campaign(tmp_path, [folder.name for folder in folders])
-    row = compare_charges(load_charges([tmp_path])[0]).rows[1]
+    row = compare_charges(load_charges([tmp_path])[0]).rows[1].document()
     assert row["contour_error_mean"] is None
     assert any("no dump at the mill angle" in lack for lack in row["not_measured"])
     assert row["massflow_rms"] is not None
@@ -193,7 +209,7 @@ def test_a_damaged_dump_is_noted_and_the_others_are_compared(throws, tmp_path):
     shutil.copytree(throws, tmp_path / "runs")
     dump = max((tmp_path / "runs/cases" / SCALED / "dump").iterdir())
     dump.write_text(dump.read_text()[:-200])
-    rows = {row["id"]: row for row in compare_charges(load_charges([tmp_path / "runs"])[0]).rows}
+    rows = documents(compare_charges(load_charges([tmp_path / "runs"])[0]))
     assert rows[SCALED]["mill_angle_rad"] == 0.5
     assert any("cut short" in lack for lack in rows[SCALED]["not_measured"])
     assert rows[SCALED.replace("seed1", "seed2")]["mill_angle_rad"] == 1.0
@@ -204,7 +220,7 @@ def test_the_bed_at_rest_is_told_from_the_settling(throws, tmp_path):
     settled = {"schema": 1, "largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
     (tmp_path / "runs/cases" / SCALED / "settled.json").write_text(json.dumps(settled))
     record_stages(tmp_path / "runs/cases" / SCALED)
-    rows = {row["id"]: row for row in compare_charges(load_charges([tmp_path / "runs"])[0]).rows}
+    rows = documents(compare_charges(load_charges([tmp_path / "runs"])[0]))
     assert rows[SCALED]["settled"] == {"largest_overlap_over_radius": 0.012, "bulk_fraction": 0.6}
     assert rows[REFERENCE]["settled"] == dict.fromkeys(rows[SCALED]["settled"])
 

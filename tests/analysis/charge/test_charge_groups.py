@@ -1,40 +1,50 @@
 """Groups of seeds against each other."""
 
-from types import SimpleNamespace
+import itertools
+from dataclasses import dataclass
 
 import pytest
 
-from millscale.analysis.charge import groups as charge_groups
-from millscale.analysis.charge.groups import compare_groups, markdown
-from millscale.runs.case_folder import RunFolderError
+from millscale.analysis.charge.groups import agreement, compare_groups, markdown
+from millscale.analysis.charge.measured import Measured
+from millscale.analysis.charge.pair_errors import OF_DUMPS, PairErrors
+from millscale.analysis.measures import ERRORS, NUMBERS
+from millscale.runs.untrusted import RunFolderError
 
 
-def charge(name, place, torque=0.37):
-    """A charge that is one number: its errors against another are differences of places."""
-    finished = SimpleNamespace(folder=f"cases/{name}")
-    result = {"dimensionless": {"torque": torque}}
-    return SimpleNamespace(id=name, place=place, result=result, finished=finished)
+@dataclass(frozen=True)
+class Seed:
+    """A charge that is a place and a torque: its errors against another are their distance."""
+
+    id: str
+    place: float = 0.0
+    torque: float = 0.37
+    folder: str = "cases"
 
 
-@pytest.fixture(autouse=True)
-def pairs(monkeypatch):
-    def compare(a, b):
-        apart = abs(a.place - b.place)
-        return {
-            "massflow_correlation": 1.0 - apart,
-            "power_error": b.place - a.place,
-            "mean_over_angles": {"contour_error_mean": apart, "curtain_iou_whole": None},
-        }
+def distance(a, b):
+    apart = abs(a.place - b.place)
+    values = dict.fromkeys(error.name for error in ERRORS)
+    values |= {"massflow_correlation": 1.0 - apart, "power_error": -apart}
+    return PairErrors(values, dict.fromkeys(OF_DUMPS) | {"contour_error_mean": apart})
 
-    monkeypatch.setattr(charge_groups, "compare_two", compare)
+
+def compared(first, second):
+    seeds = [*first, *second]
+    nothing = dict.fromkeys(number.name for number in NUMBERS)
+    measured = Measured(
+        numbers={seed: nothing | {"torque": seed.torque} for seed in seeds},
+        errors={(a, b): distance(a, b) for a, b in itertools.product(seeds, repeat=2)},
+    )
+    return agreement(first, second, measured)
 
 
 def test_a_shift_below_the_spread_of_seeds_agrees_and_one_above_does_not():
-    first = [charge("a1", 0.0), charge("a2", 0.1)]
-    near = [charge("b1", 0.02), charge("b2", 0.12)]
-    far = [charge("b1", 0.2), charge("b2", 0.3)]
+    first = [Seed("a1", 0.0), Seed("a2", 0.1)]
+    near = [Seed("b1", 0.02), Seed("b2", 0.12)]
+    far = [Seed("b1", 0.2), Seed("b2", 0.3)]
     for second, agree in ((near, True), (far, False)):
-        found = compare_groups(first, second)["distances"]
+        found = compared(first, second)["distances"]
         assert set(found) == {"contour_error_mean", "power_error", "1 - massflow_correlation"}
         assert {entry["agree"] for entry in found.values()} == {agree}
     one = found["contour_error_mean"]
@@ -43,19 +53,17 @@ def test_a_shift_below_the_spread_of_seeds_agrees_and_one_above_does_not():
 
 
 def test_means_agree_within_the_range_of_seeds():
-    first = [charge("a1", 0.0, 0.370), charge("a2", 0.1, 0.372)]
+    first = [Seed("a1", 0.0, 0.370), Seed("a2", 0.1, 0.372)]
     for shift, agree in ((0.001, True), (0.005, False)):
-        second = [charge(c.id, c.place, c.result["dimensionless"]["torque"] + shift) for c in first]
-        compared = compare_groups(first, second)
-        found = compared["means"]["torque"]
+        second = [Seed(f"b{i}", seed.place, seed.torque + shift) for i, seed in enumerate(first)]
+        table = compared(first, second)
+        (found,) = table["means"].values()
         assert found["difference"] == pytest.approx(-shift)
         assert found["range_of_seeds"] == pytest.approx(0.002)
         assert found["agree"] is agree
-        assert f"| torque | {-shift:.4f} | 0.0020 | {'yes' if agree else 'no'} |" in markdown(
-            compared
-        )
+        assert f"| torque | {-shift:.4f} | 0.0020 | {'yes' if agree else 'no'} |" in markdown(table)
 
 
 def test_a_case_alone_is_an_error():
     with pytest.raises(RunFolderError, match="one case alone has no spread"):
-        compare_groups([charge("a", 0.0)], [charge("b", 0.0), charge("c", 0.0)])
+        compare_groups([Seed("a")], [Seed("b"), Seed("c")])

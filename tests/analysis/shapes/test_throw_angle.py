@@ -5,15 +5,15 @@ import pytest
 
 from millscale.analysis.shapes.throw_angle import FEWEST_BALLS, throw_angle
 from millscale.runs.dumps import Dump
-from synthetic_case import case_document
+from synthetic_case import case_document, typed
 
 BALLS, ANGLE = 40, 0.7
 
 
 def thrown(case, time):
     """Balls that left the liner's path at ANGLE, each after its own time in flight [s]."""
-    mill = case["mill"]
-    radius, omega, g = mill["radius_m"], mill["omega_rad_s"], mill["gravity_m_s2"]
+    mill = case.mill
+    radius, omega, g = mill.radius_m, mill.omega_rad_s, mill.gravity_m_s2
     x0, z0 = -radius * np.sin(ANGLE), radius * np.cos(ANGLE)
     vx, vz = omega * z0, omega * -x0
     return {
@@ -30,7 +30,7 @@ def thrown(case, time):
 
 @pytest.fixture
 def case():
-    return case_document("multi-ball", "constant-gravity", "paper", 2.6, BALLS)
+    return typed(case_document("multi-ball", "constant-gravity", "paper", 2.6, BALLS))
 
 
 def test_balls_on_parabolas_lead_back_to_where_they_left(case):
@@ -58,8 +58,8 @@ def test_few_balls_or_a_dump_that_does_not_tell_give_none(case):
 def test_balls_that_hop_behind_the_toe_are_not_thrown(case):
     columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
     hops = np.arange(BALLS) % 2 == 0
-    drop = 0.5 * case["mill"]["gravity_m_s2"] * 0.01**2
-    radius = case["mill"]["radius_m"]
+    drop = 0.5 * case.mill.gravity_m_s2 * 0.01**2
+    radius = case.mill.radius_m
     for name, value in (("vx", 0.0), ("vz", 0.0), ("c_detach[22]", 0.01), ("x", 0.6 * radius)):
         columns[name] = np.where(hops, value, columns[name])
     columns["z"] = np.where(hops, -0.6 * radius - drop, columns["z"])

@@ -8,6 +8,7 @@ from millscale.analysis.single_ball import energy
 from millscale.analysis.single_ball.events import flights, throws
 from millscale.analysis.single_ball.result import ball_of
 from synthetic_ball import usual_motion
+from synthetic_case import typed
 
 WINDOW = 0.977
 
@@ -19,7 +20,7 @@ def series(case):
 
 def test_exact_change_is_that_of_the_known_parabola(case, series):
     throw = throws(series)[0].flight
-    ball = ball_of(case)
+    ball = ball_of(typed(case))
     motion = usual_motion(case)
     release = [s.release for s in motion.segments if s.release][3]
     v0, v1 = release.velocity_at([0.0, WINDOW / motion.omega])
@@ -29,7 +30,7 @@ def test_exact_change_is_that_of_the_known_parabola(case, series):
 
 
 def test_changes_over_two_spans_of_a_flight_add_up(case, series):
-    throw, ball = throws(series)[0].flight, ball_of(case)
+    throw, ball = throws(series)[0].flight, ball_of(typed(case))
     a, b, c = throw.mill_angle + np.array([0.1, 0.5, 1.2])
     parts = (
         energy.change_on_parabola(throw, ball, a, b),
@@ -40,7 +41,7 @@ def test_changes_over_two_spans_of_a_flight_add_up(case, series):
 
 def test_samples_agree_with_the_parabola_to_interpolation(case, series):
     throw = throws(series)[0].flight
-    ball = ball_of(case)
+    ball = ball_of(typed(case))
     begin = throw.mill_angle
     exact = energy.change_on_parabola(throw, ball, begin, begin + WINDOW)
     sampled = energy.change_from_release(series, throw, ball, WINDOW)
@@ -53,7 +54,7 @@ def test_samples_agree_with_the_parabola_to_interpolation(case, series):
 
 
 def test_samples_of_the_flight_lie_on_the_parabola(case, series):
-    throw, ball = throws(series)[0].flight, ball_of(case)
+    throw, ball = throws(series)[0].flight, ball_of(typed(case))
     assert_allclose(energy.deviation_from_parabola(series, throw, ball), 0.0, atol=1e-9)
     series["kinetic_translation_J"][throw.rows[5]] += 0.25
     series["potential_J"][throw.rows[7]] -= 0.125
@@ -83,7 +84,7 @@ def test_angles_beyond_the_series_are_refused(series):
 
 def test_gain_over_a_window_beyond_the_top_is_a_loss_of_height(case, series):
     """Up to twice the time to the top, kinetic energy first falls, then comes back."""
-    throw, ball = throws(series)[0].flight, ball_of(case)
+    throw, ball = throws(series)[0].flight, ball_of(typed(case))
     begin = throw.mill_angle
     top = begin + throw.velocity[2] / ball.gravity * ball.omega
     back = energy.change_on_parabola(throw, ball, begin, 2.0 * top - begin)

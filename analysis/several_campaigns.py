@@ -8,15 +8,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from millscale.analysis.charge.comparison import compare_charges
-from millscale.analysis.charge.scaled_mills import Charge
+from millscale.analysis.charge.comparison import ChargeComparison, compare_charges
+from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.engine.code_version import described_commit
-from millscale.runs.case_folder import RunFolderError
+from millscale.runs.untrusted import RunFolderError
 
 
 def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
-    """The finished multi-ball cases of some runs folders, and why others are not among them.
+    """Return the finished multi-ball cases of some runs folders, and why others are not among them.
 
     Raises:
         RunFolderError: two campaigns of the same name, or no finished multi-ball case.
@@ -31,7 +31,7 @@ def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
                 f"a second campaign named {campaign.name!r}",
                 "give each its own name in [campaign]",
             )
-        charges += [Charge(campaign.name, case) for case in campaign.charges]
+        charges += campaign.charges
         missing |= {f"{campaign.name}/{case}": why for case, why in campaign.missing.items()}
     if not charges:
         raise RunFolderError(
@@ -40,26 +40,30 @@ def load_charges(runs: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
     return charges, missing
 
 
-def paper_results(runs: Sequence[Path]) -> dict[str, Any]:
-    """Rows of `compare_charges` over all runs folders; a campaign without the physical mill is
-    compared with that of another."""
+def compare_campaigns(runs: Sequence[Path]) -> tuple[ChargeComparison, dict[str, Any]]:
+    """Return the charges of all runs folders compared with one another, and the content of a file
+    with the result. The charges of a campaign without the physical mill are compared with that of
+    another."""
     charges, missing = load_charges(runs)
     comparison = compare_charges(charges)
-    return {"rows": comparison.rows, "schemes": comparison.schemes, "missing": missing}
+    return comparison, {
+        "rows": [row.document() for row in comparison.rows],
+        "schemes": [row.document() for row in comparison.schemes],
+        "missing": missing,
+    }
 
 
 def origin(runs: Sequence[Path], machine: str, commit: str) -> dict[str, Any]:
-    """Where the numbers come from: command, commit, machine, date.
+    """Return where the numbers come from: command, commit, machine, date.
 
     Args:
         machine: a note on the machine, added to what the runs recorded.
         commit: of the code; empty for that of the code that runs.
     """
     charges, _ = load_charges(runs)
-    hardware = [charge.timing["hardware"] for charge in charges]
-    known = dict.fromkeys(f"{h['cpu']}, {h['available_cores']} cores" for h in hardware)
+    known = dict.fromkeys(str(charge.timing.hardware) for charge in charges)
     files = {folder: load_campaign(folder).about.get("file") or "FILE" for folder in runs}
-    ranks = sorted({charge.timing["ranks"] for charge in charges})
+    ranks = sorted({charge.timing.ranks for charge in charges})
     return {
         "command": [
             *(

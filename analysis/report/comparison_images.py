@@ -1,4 +1,4 @@
-"""The images of a report that hold all multi-ball models: Figs. 9 to 14, Table 10."""
+"""The images of a report that show all scaled mills with a charge: Figs. 9 to 14, Table 10."""
 
 from __future__ import annotations
 
@@ -7,24 +7,26 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from millscale.analysis.charge.comparison import ChargeComparison
-from millscale.analysis.charge.scaled_mills import Charge, seeds_of
-from millscale.analysis.charge.speed_error import model_rows
+from millscale.analysis.charge.measured import Measured
+from millscale.analysis.charge.speed_error import mill_rows
+from millscale.analysis.finished import Charge
 from millscale.analysis.paper.numbers import is_papers_mill
 from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
 from millscale.report.figures.snapshot_sheet import snapshot_sheet
 from millscale.report.images import Image, save_image, words
-from millscale.runs.case_folder import RunFolderError, is_physical
+from millscale.runs.untrusted import RunFolderError
 
 SHEET_OF = {"constant-gravity": "Fig. 9", "constant-speed": "Fig. 10"}
 
 
 @dataclass(frozen=True)
 class ComparisonImages:
-    """Images by what they show; `problems` says what could not be drawn, and why.
+    """Images by what they show.
 
     Attributes:
-        of_paper: the mill is the paper's, so its figures are named.
+        of_paper: the mill is the paper's, so captions name its figures.
+        problems: what could not be drawn, and why.
     """
 
     of_paper: bool = True
@@ -36,43 +38,44 @@ class ComparisonImages:
     problems: list[str] = field(default_factory=list)
 
     def caption(self, figure: str, text: str) -> str:
-        """A caption that names the paper's figure where the mill is the paper's."""
+        """Return a caption that names the paper's figure where the mill is the paper's."""
         return f"{figure}: {text}" if self.of_paper else text
 
 
 def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImages:
-    """Draw all models of a campaign into the report's folder; one seed of each."""
-    images = ComparisonImages(all(is_papers_mill(c.case) for c in comparison.charges))
-    first = [c for c in comparison.charges if seeds_of(c, comparison.charges)[0] is c]
+    """Draw all scaled mills of a campaign into the folder of the report; one seed of each."""
+    charges = comparison.charges
+    images = ComparisonImages(all(is_papers_mill(charge.case) for charge in charges))
+    first = [mill.first for mill in charges.mills]
     if not first:
         return images
-    largest = {row["reference_S"] for row in comparison.rows if not is_physical(row["reference_S"])}
-    for S in sorted(largest):
+    references = [row.reference for row in comparison.rows]
+    for S in sorted({reference.S for reference in references if not reference.is_physical}):
         images.problems.append(
             f"No physical mill among the finished cases: errors are against S = {S:.4g}."
         )
-    for scheme, charges in by_scheme(first).items():
-        _of_scheme(images, comparison, scheme, charges, to)
+    for scheme, own in by_scheme(first).items():
+        _of_scheme(images, comparison.measured, scheme, own, to)
     _flow(images, first, to)
-    rows = model_rows(comparison.rows)
-    figure = speed_figures.run_times(rows, images.of_paper)
+    mills = mill_rows(comparison.rows)
+    figure = speed_figures.run_times(mills, images.of_paper)
     caption = images.caption("Table 10", "time of a rotation")
     images.speed.append(save_image(figure, to / "table10-wall-time.png", caption))
-    if any(not row["is_reference"] for row in rows):
-        figure = speed_figures.speed_against_error(rows)
+    if any(not mill.is_reference for mill in mills):
+        figure = speed_figures.speed_against_error(mills)
         caption = "speed against error; numbers: S; bars: standard deviation over seeds"
         images.speed.append(save_image(figure, to / "speed-against-error.png", caption))
     return images
 
 
 def by_scheme(charges: Sequence[Charge]) -> dict[str, list[Charge]]:
-    """The charges of each scheme by S. The physical mill is the same mill in all schemes: where one
-    has none of its own, another's stands for it."""
-    physical = [charge for charge in charges if is_physical(charge.S)]
+    """Return the charges of each scheme by S. The physical mill is the same mill in all schemes: a
+    scheme without it takes that of another."""
+    physical = [charge for charge in charges if charge.is_physical]
     found: dict[str, list[Charge]] = {}
-    for scheme in dict.fromkeys(charge.case["scheme"] for charge in charges):
-        own = [charge for charge in charges if charge.case["scheme"] == scheme]
-        if not any(is_physical(charge.S) for charge in own):
+    for scheme in dict.fromkeys(charge.scheme for charge in charges):
+        own = [charge for charge in charges if charge.scheme == scheme]
+        if not any(charge.is_physical for charge in own):
             own += physical[:1]
         found[scheme] = sorted(own, key=lambda charge: charge.S)
     return found
@@ -80,14 +83,14 @@ def by_scheme(charges: Sequence[Charge]) -> dict[str, list[Charge]]:
 
 def _of_scheme(
     images: ComparisonImages,
-    comparison: ChargeComparison,
+    measured: Measured,
     scheme: str,
     charges: list[Charge],
     to: Path,
 ) -> None:
-    """Figs. 9 to 12 of one scheme."""
-    angles = sorted(comparison.shapes)
-    if not any(comparison.shapes.values()):
+    """Draw Figs. 9 to 12 of one scheme."""
+    angles = sorted(measured.shapes)
+    if not any(measured.shapes.values()):
         images.problems.append(
             f"{words(scheme)}, snapshots, contours and curtains: no case has a dump at the mill "
             "angles of the others"
@@ -100,22 +103,22 @@ def _of_scheme(
     else:
         caption = images.caption(SHEET_OF.get(scheme, "Figs. 9, 10"), words(scheme))
         images.sheets.append(save_image(sheet, to / f"fig9-{scheme}.png", caption))
-    figure = shape_figures.contours(comparison, charges)
+    figure = shape_figures.contours(measured, charges)
     caption = images.caption("Fig. 11", words(scheme))
     images.contours.append(save_image(figure, to / f"fig11-{scheme}.png", caption))
-    last = comparison.shapes[comparison.last_angle]
-    known = [c for c in charges if c.key in last]
-    if any(last[c.key].curtains for c in known):
-        figure = shape_figures.curtain_profiles(comparison, known)
-        text = f"{words(scheme)}, {comparison.last_angle:.4g} rad"
+    last = measured.shapes[measured.last_angle]
+    known = [c for c in charges if c in last]
+    if any(last[c].curtains for c in known):
+        figure = shape_figures.curtain_profiles(measured, known)
+        text = f"{words(scheme)}, {measured.last_angle:.4g} rad"
         caption = images.caption("Fig. 12", text)
         images.curtains.append(save_image(figure, to / f"fig12-{scheme}.png", caption))
     else:
-        images.problems.extend(sorted({f"curtains, {c.id}: {last[c.key].problem}" for c in known}))
+        images.problems.extend(sorted({f"curtains, {c.id}: {last[c].problem}" for c in known}))
 
 
 def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
-    """Figs. 13 and 14."""
+    """Draw Figs. 13 and 14."""
     known = [charge for charge in charges if shape_figures.has_flow(charge)]
     for charge in charges:
         if charge not in known:

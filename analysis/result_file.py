@@ -1,0 +1,208 @@
+"""Types of result.json, which holds what the analysis of one case found.
+
+The names of the fields are the keys of the file; their units: docs/reference/files.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+PAIRINGS = ("ball_ball", "ball_wall")
+
+
+@dataclass(frozen=True)
+class Thrown:
+    """The throw of one cycle, as result.json holds it."""
+
+    mill_angle_rad: float
+    angle_deg: float
+    lifter: int
+    position_m: tuple[float, float, float]
+    velocity_m_s: tuple[float, float, float]
+    flight_length_rad: float
+    finished: bool
+    liner_off_mill_angle_rad: float | None
+    liner_off_angle_deg: float | None
+
+    @property
+    def mill_angle_end_rad(self) -> float:
+        """Mill angle of the last sample in flight [rad]."""
+        return self.mill_angle_rad + self.flight_length_rad
+
+
+@dataclass(frozen=True)
+class RegionBounds:
+    """Mill angles at which the regions II, III, IV and the next II begin [rad]."""
+
+    settled_rad: float | None
+    thrown_rad: float
+    impact_rad: float | None
+    settled_again_rad: float | None
+
+
+@dataclass(frozen=True)
+class ThrowEnergy:
+    """Energy change of the first throw, on its parabola and in the samples."""
+
+    begin_rad: float
+    window_rad: float
+    change_J: float
+    kinetic_sampled_J: float
+    potential_sampled_J: float
+    off_parabola_kinetic_J: float
+    off_parabola_potential_J: float
+
+
+@dataclass(frozen=True)
+class PaperAngles:
+    """Energy change between the mill angles of Table 8 or 9 of the paper."""
+
+    begin_rad: float
+    end_rad: float
+    kinetic_J: float
+    potential_J: float
+    in_flight: bool
+
+
+@dataclass(frozen=True)
+class SingleBallResult:
+    """result.json of a single-ball case. Without a throw, `problem` says why."""
+
+    problem: str | None
+    cycles: int
+    throws: tuple[Thrown, ...]
+    detach_angle_deg: float | None
+    detach_angle_mean_deg: float | None
+    detach_angle_std_deg: float | None
+    liner_off_angle_deg: float | None
+    liner_off_angle_mean_deg: float | None
+    liner_off_angle_std_deg: float | None
+    regions: RegionBounds | None
+    throw_energy: ThrowEnergy | None
+    paper_angles: PaperAngles | None
+    unseen_events: int
+    rotation_angle_rad: float
+
+    def document(self) -> dict[str, Any]:
+        """Return its content of result.json."""
+        return _as_json(asdict(self))
+
+
+@dataclass(frozen=True)
+class TorqueBalance:
+    """Mean torque of the drive by its two ways [N m]; their difference is over M g R."""
+
+    summed_Nm: float
+    weight_Nm: float
+    angular_momentum_Nm: float
+    difference: float
+
+
+@dataclass(frozen=True)
+class Steadiness:
+    """Whether a charge is steady in the window of its means, and the numbers that say so."""
+
+    is_steady: bool
+    reasons: tuple[str, ...]
+    centre_x_drift: float | None
+    centre_x_drift_error: float | None
+    angular_momentum_share: float | None
+
+
+@dataclass(frozen=True)
+class PairingBudget:
+    """Terms of the energy budget of one pairing, ball-ball or ball-wall [J]."""
+
+    elastic_normal_J: float
+    elastic_tangential_J: float
+    dissipated_normal_J: float
+    dissipated_tangential_J: float
+    dissipated_rolling_J: float
+    tangential_dashpot_J: float
+    tangential_slip_J: float
+    spring_error_J: float
+    tangential_spring_J: float
+    dissipated_J: float
+    impacts: float
+    impact_energy_J: float
+
+
+@dataclass(frozen=True)
+class ImpactSpectrum:
+    """Impacts per revolution by energy, bin by bin; empty bins are left out."""
+
+    energy_low_J: tuple[float, ...]
+    energy_high_J: tuple[float, ...]
+    impacts: tuple[float, ...]
+    energy_J: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class EnergyBudget:
+    """Energy budget of the last revolution, or of all of a shorter rotation."""
+
+    from_rad: float
+    to_rad: float
+    duration_s: float
+    mill_work_J: float
+    kinetic_translation_J: float
+    kinetic_rotation_J: float
+    potential_J: float
+    elastic_J: float
+    dissipated_J: float
+    spring_error_J: float
+    ball_ball: PairingBudget
+    ball_wall: PairingBudget
+    closure: float
+    closure_of_forces: float
+    impacts: dict[str, ImpactSpectrum] = field(default_factory=dict)
+
+    @property
+    def pairings(self) -> dict[str, PairingBudget]:
+        """Return the terms of each pairing by its name."""
+        return {name: getattr(self, name) for name in PAIRINGS}
+
+
+@dataclass(frozen=True)
+class ChargeResult:
+    """result.json of a multi-ball case.
+
+    Attributes:
+        mean_from_rad, mean_to_rad: mill angles between which means are taken.
+        pitches: whole lifter pitches between them.
+        mean: means in SI units, by name.
+        dimensionless: means over the scales of the charge, by name.
+        standard_error: of some of `dimensionless`; None without pitches.
+        ledger: the energy budget; None where none was kept.
+    """
+
+    problem: str | None
+    mean_from_rad: float
+    mean_to_rad: float
+    pitches: int
+    mean: dict[str, float]
+    dimensionless: dict[str, float]
+    standard_error: dict[str, float | None]
+    torque_balance: TorqueBalance
+    alternating_torque: float
+    steady: Steadiness
+    largest_overlap_over_radius: float | None
+    rotation_angle_rad: float
+    ledger: EnergyBudget | None = None
+
+    def document(self) -> dict[str, Any]:
+        """Return its content of result.json."""
+        content = _as_json(asdict(self))
+        if self.ledger is None:
+            del content["ledger"]
+        return content
+
+
+def _as_json(value: Any) -> Any:
+    """Return nested values with the types that JSON text is read into."""
+    if isinstance(value, dict):
+        return {key: _as_json(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_json(inner) for inner in value]
+    return value
