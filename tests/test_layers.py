@@ -82,6 +82,12 @@ def imported(text: str) -> Iterator[str]:
                 yield from modules or {node.module}
 
 
+IMPORTS = {
+    name: {x for x in imported(path.read_text(encoding="utf-8")) if x in SOURCES}
+    for name, path in SOURCES.items()
+}
+
+
 def upward(name: str, text: str) -> list[str]:
     """Return the imports of a module that the rule forbids."""
     row = {package: i for i, packages in enumerate(PYTHON) for package in packages}
@@ -101,14 +107,60 @@ def test_a_module_imports_lower_packages_only(name):
 
 
 def test_no_modules_import_one_another_in_a_circle():
-    graph = {
-        name: {x for x in imported(path.read_text(encoding="utf-8")) if x in SOURCES}
-        for name, path in SOURCES.items()
-    }
+    assert circle(IMPORTS) == []
+
+
+def parts_of(package: str, graph: dict[str, set[str]]) -> dict[str, set[str]]:
+    """Return the imports between the parts of a package, modules and sub-packages alike.
+
+    Args:
+        graph: modules that each module imports.
+    """
+    begin = f"{package}."
+
+    def part(name: str) -> str:
+        return begin + name.removeprefix(begin).split(".")[0]
+
+    found: dict[str, set[str]] = {}
+    for name, others in graph.items():
+        if name.startswith(begin):
+            inside = {part(other) for other in others if other.startswith(begin)}
+            found.setdefault(part(name), set()).update(inside - {part(name)})
+    return found
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Return parts that import one another in a circle; empty if there are none."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
-        pytest.fail(" -> ".join(error.args[1]))
+        return error.args[1]
+    return []
+
+
+PACKAGES = sorted({name.rpartition(".")[0] for name in SOURCES if name.count(".") > 1})
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_no_parts_of_a_package_import_one_another_in_a_circle(package):
+    assert circle(parts_of(package, IMPORTS)) == []
+
+
+def test_a_circle_between_sub_packages_is_found():
+    graph = {
+        "millscale.analysis.charge.rows": {"millscale.analysis.shapes.shape"},
+        "millscale.analysis.shapes.contour": {"millscale.analysis.charge.steady"},
+        "millscale.analysis.shapes.shape": set(),
+        "millscale.analysis.charge.steady": set(),
+    }
+    assert circle(graph) == []
+    assert circle(parts_of("millscale.analysis", graph)) != []
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_file_does_not_repeat_the_name_of_its_folder(name):
+    folder, _, file = name.rpartition(".")
+    assert not file.startswith(f"{folder.rpartition('.')[2]}_")
 
 
 def test_an_import_upwards_is_found():
