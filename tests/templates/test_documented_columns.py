@@ -5,8 +5,8 @@ import re
 import pytest
 
 from paper_campaign import REPOSITORY
+from reference_tables import documented
 
-REFERENCE = (REPOSITORY / "docs/reference/files.md").read_text(encoding="utf-8")
 TEMPLATES = REPOSITORY / "templates"
 
 
@@ -14,13 +14,6 @@ def header(template):
     """Return the columns of the table that a deck writes."""
     text = (TEMPLATES / template).read_text(encoding="utf-8").replace("&\n", "")
     return next(quoted for quoted in re.findall(r'"([^"]*)"', text) if "step,time_s" in quoted)
-
-
-def documented(title, number=0):
-    """Return the names in the first column of a table of a section, in order."""
-    section = REFERENCE.partition(f"\n## {title}\n")[2].partition("\n## ")[0]
-    table = section.split("\n|---")[1 + number].partition("\n\n")[0].splitlines()[1:]
-    return [name for row in table for name in row.split("|")[1].strip().split(", ")]
 
 
 @pytest.mark.parametrize(
