@@ -4,10 +4,10 @@ import numpy as np
 
 from scene import (
     HEAD,
-    MATERIAL,
     SLICE,
     analytic_wall,
     loose_bed,
+    material,
     mesh_wall,
     mill_deck,
     read_dump,
@@ -37,7 +37,7 @@ def bed_deck(
 ):
     folder.mkdir(exist_ok=True)
     deck = mill_deck(folder, balls, S, "constant-gravity", dt=DT, wall=wall, **more)
-    deck = deck.replace("neighbor        0.02 bin", f"neighbor        {skin!r} bin")
+    deck = deck.replace("neighbor 0.02 bin", f"neighbor {skin!r} bin")
     return with_contacts(deck, contacts, options) + edit
 
 
@@ -75,8 +75,8 @@ def again_deck(contacts, options, deck):
     wall = analytic_wall(S)
     if "curvature" in words:
         wall = mesh_wall(float(words[words.index("curvature") + 1]))
-    material = MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
+    properties = material(0.02, DT)
     lifters = f"lifters 25 lifter_top_radius {3.61 / S!r}"
     drive = wall_and_drive(S, "constant-gravity", wall, "now", lifters)
-    again = f"{HEAD}read_restart half.restart\n{material}{drive}"
+    again = f"{HEAD}read_restart half.restart\n{properties}{drive}"
     return with_contacts(again, contacts, options)

@@ -12,6 +12,7 @@ import scipy.optimize
 
 from millscale import _core
 from millscale.engine.deck_run import find_engine
+from millscale.engine.material_block import ball_and_wall, material_block
 from millscale.mesh import build_liner_mesh, curvature_deg, write_stl
 
 HEAD = """
@@ -25,17 +26,33 @@ processors      1 * 1
 neigh_modify    delay 0
 """
 STOCK_CONTACTS = "pair_style      gran model hertz tangential history rolling_friction cdt"
-MATERIAL = """
-fix m1 all property/global youngsModulus peratomtype {youngs_modulus!r} {youngs_modulus!r}
-fix m2 all property/global poissonsRatio peratomtype 0.3 0.3
-fix m3 all property/global coefficientRestitution peratomtypepair 2 0.1 0.2 0.2 0.2
-fix m4 all property/global coefficientFriction peratomtypepair 2 0.545 0.5 0.5 0.5
-fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0.01 0.01 0.01 0.01
-neighbor        {skin!r} bin
-{stock_contacts}
-pair_coeff      * *
-timestep        {dt!r}
-""".replace("{stock_contacts}", STOCK_CONTACTS)
+
+
+def material(
+    skin: float,
+    dt: float,
+    modulus: float = 5.98e7,
+    restitution: tuple[float, float] = (0.1, 0.2),
+) -> str:
+    """Return the properties of balls (type 1) and wall (type 2), and stock contacts of balls.
+
+    Args:
+        skin: of the neighbour list [m].
+        dt: time step [s].
+        modulus: Young's modulus [Pa].
+        restitution: of two balls, and of ball and wall.
+    """
+    properties = material_block(
+        [modulus] * 2,
+        [0.3] * 2,
+        restitution=ball_and_wall(*restitution),
+        friction=ball_and_wall(0.545, 0.5),
+        rolling_friction=ball_and_wall(0.01, 0.01),
+    )
+    return (
+        f"{properties}neighbor {skin!r} bin\n{STOCK_CONTACTS}\n"
+        f"pair_coeff      * *\ntimestep        {dt!r}\n"
+    )
 
 
 SLICE = 0.2  # length of the periodic slice [m]
@@ -143,7 +160,7 @@ def mill_deck(
         HEAD
         + f"region box block -{box!r} {box!r} 0 {length!r} -{box!r} {box!r} units box\n"
         + "create_box 2 box\n"
-        + MATERIAL.format(youngs_modulus=youngs_modulus, skin=0.02, dt=dt)
+        + material(0.02, dt, youngs_modulus)
         + create
         + "set type 1 diameter 0.04 density 2678\n"
         + wall_and_drive(S, scheme, liner, start, detach)

@@ -7,10 +7,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from contact_bounds import restitution_bound
 from scene import (
     HEAD,
-    MATERIAL,
     SLICE,
     analytic_wall,
     loose_bed,
+    material,
     mill_deck,
     read_dump,
     run,
@@ -21,7 +21,7 @@ from scene import (
 S = 2.6
 RADIUS, BALL, DENSITY, YOUNG = 3.9 / S, 0.02, 2678.0, 5.98e7
 MASS = 4.0 / 3.0 * np.pi * BALL**3 * DENSITY
-# Of MATERIAL; balls, wall.
+# Of `scene.material`; balls, wall.
 RESTITUTION, FRICTION, ROLLING = (0.1, 0.2), (0.545, 0.5), 0.01
 DT = 1e-4
 _PAIRING = (
@@ -73,7 +73,7 @@ def _two_bodies(places, velocities, spins, options="", gravity=1e-9, dt=1e-5):
         HEAD
         + f"region box block -{box!r} {box!r} 0 {SLICE!r} -{box!r} {box!r} units box\n"
         + "create_box 2 box\n"
-        + MATERIAL.format(youngs_modulus=YOUNG, skin=0.02, dt=dt)
+        + material(0.02, dt, YOUNG)
         + create
         + "set type 1 diameter 0.04 density 2678\n"
         + motion
@@ -237,9 +237,7 @@ def test_a_restart_goes_on_with_the_account(tmp_path, ranks):
     again = (
         HEAD
         + "read_restart half.restart\n"
-        + with_contacts(
-            MATERIAL.format(youngs_modulus=YOUNG, skin=0.02, dt=DT), "fast", PATHS["bounded"]
-        )
+        + with_contacts(material(0.02, DT, YOUNG), "fast", PATHS["bounded"])
         + wall_and_drive(
             S,
             "constant-gravity",

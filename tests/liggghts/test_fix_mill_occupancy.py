@@ -6,10 +6,10 @@ from numpy.testing import assert_allclose
 
 from scene import (
     HEAD,
-    MATERIAL,
     SLICE,
     analytic_wall,
     loose_bed,
+    material,
     mill_deck,
     read_dump,
     run,
@@ -128,7 +128,7 @@ def test_a_restart_within_the_window_goes_on_with_the_average(tmp_path, ranks):
     again = (
         HEAD
         + "read_restart half.restart\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
+        + material(0.02, DT)
         + wall_and_drive(S, "constant-gravity", analytic_wall(S), "now", top)
     )
     result = run(tmp_path, again + _fix() + DUMP + f"run {STEPS // 2}\n", ranks)

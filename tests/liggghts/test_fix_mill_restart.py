@@ -14,10 +14,10 @@ from millscale.engine.deck_run import engine_environment, find_engine
 from millscale.engine.restart_file import NotWholeError, read_restart
 from scene import (
     HEAD,
-    MATERIAL,
     SLICE,
     analytic_wall,
     loose_bed,
+    material,
     mesh_wall,
     mill_deck,
     read_dump,
@@ -66,7 +66,7 @@ def _whole_and_resumed(
     again = (
         HEAD
         + "read_restart half.restart\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
+        + material(0.02, DT)
         + wall_and_drive(
             S, "constant-gravity", liner, "now", f"lifters 25 lifter_top_radius {TOP!r}"
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from millscale import _core
-from scene import HEAD, MATERIAL, read_dump, run, write_liner
+from scene import HEAD, material, read_dump, run, write_liner
 
 BALL = 0.02
 PAPER = "radius 3.9 gravity 9.81 omega 1.0 ball_radius 0.02"
@@ -18,7 +18,7 @@ ONE_BALL = """
 create_atoms 1 single 0.3 0.1 0.4 units box
 set type 1 diameter 0.04 density 2678
 """
-FREE = HEAD + BOX + MATERIAL.format(youngs_modulus=5.98e7, skin=0.2, dt=1e-4) + ONE_BALL
+FREE = HEAD + BOX + material(0.2, 1e-4) + ONE_BALL
 ALL_VALUES = 'print "values ' + " ".join(f"$(f_mill[{k}])" for k in range(1, 14)) + '"\n'
 
 
@@ -75,7 +75,7 @@ def _turning_drum(folder, extra, steps, before_run=""):
     return (
         HEAD
         + "region box block -0.6 0.6 0 0.2 -0.6 0.6 units box\ncreate_box 2 box\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.1, dt=1e-4)
+        + material(0.1, 1e-4)
         + "create_atoms 1 single 0 0.1 0 units box\nset type 1 diameter 0.04 density 2678\n"
         + f"fix liner all mesh/surface/stress file liner.stl type 2 curvature {curvature!r}\n"
         + "fix wall all wall/gran model hertz tangential history rolling_friction cdt "
@@ -129,7 +129,7 @@ def test_a_ball_on_a_turning_wall_is_driven_at_wall_speed(tmp_path):
     deck = (
         HEAD
         + "region box block -0.6 0.6 0 0.2 -0.6 0.6 units box\ncreate_box 2 box\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.1, dt=2e-5)
+        + material(0.1, 2e-5)
         + "create_atoms 1 single 0 0.1 -0.48001 units box\nset type 1 diameter 0.04 density 2678\n"
         + f"fix liner all mesh/surface file liner.stl type 2 curvature {curvature!r}\n"
         + "fix wall all wall/gran model hertz tangential history mesh n_meshes 1 meshes liner\n"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from millscale import _core
-from scene import HEAD, MATERIAL, run, write_liner
+from scene import HEAD, material, run, write_liner
 
 DRUM = _core.Liner(0.5, 0.45, 0.05, 0.09, 14)
 BOX = "region box block -0.6 0.6 0 0.2 -0.6 0.6 units box\ncreate_box 2 box\n"
@@ -17,8 +17,8 @@ READ = "fix liner all mesh/surface file {} type 2\n"
 
 
 def _deck(file, style="mesh/surface"):
-    material = MATERIAL.format(youngs_modulus=5.98e7, skin=0.1, dt=1e-4)
-    return HEAD + BOX + material + READ.format(file).replace("mesh/surface", style)
+    properties = material(0.1, 1e-4)
+    return HEAD + BOX + properties + READ.format(file).replace("mesh/surface", style)
 
 
 def _binary(text, header):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from millscale import _core
-from scene import HEAD, MATERIAL, run, write_liner
+from scene import HEAD, material, run, write_liner
 
 DRUM = _core.Liner(0.5, 0.45, 0.05, 0.09, 14)
 WALL = (
@@ -19,7 +19,7 @@ def _deck(mesh, mill=MILL, box=0.6, ball="0 0.1 0"):
     return (
         HEAD
         + f"region box block -{box} {box} 0 0.2 -{box} {box} units box\ncreate_box 2 box\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=2e-5)
+        + material(0.02, 2e-5)
         + f"create_atoms 1 single {ball} units box\nset type 1 diameter 0.04 density 2678\n"
         + f"fix liner all mesh/surface file liner.stl type 2 {mesh}\n"
         + WALL

@@ -18,8 +18,8 @@ from bed import (
 )
 from scene import (
     HEAD,
-    MATERIAL,
     STOCK_CONTACTS,
+    material,
     run,
     with_contacts,
 )
@@ -140,12 +140,11 @@ def test_a_kernel_of_choice_gives_the_same_motion_or_says_it_cannot_run(tmp_path
 
 def _two_balls(e, dt, options="", contacts="fast"):
     """Two balls that are about to meet along x at 2 m/s, and nothing else."""
-    material = MATERIAL.replace("2 0.1 0.2 0.2 0.2", f"2 {e} {e} {e} {e}")
-    material = material.format(youngs_modulus=5.98e7, skin=0.02, dt=dt)
+    properties = material(0.02, dt, restitution=(e, e))
     return (
         HEAD.replace("f p f", "f f f")
         + "region box block -1 1 -1 1 -1 1 units box\ncreate_box 2 box\n"
-        + with_contacts(material, contacts, options)
+        + with_contacts(properties, contacts, options)
         + "create_atoms 1 single -0.02002 0 0\ncreate_atoms 2 single 0.02002 0 0\n"
         + "set group all diameter 0.04 density 2678\n"
         + "set atom 1 vx 1.5\nset atom 2 vx -0.5\nfix move all nve/sphere\n"
@@ -265,7 +264,7 @@ def test_no_contact_across_a_border_is_missed(tmp_path, ranks):
     deck = (
         HEAD
         + f"region box block 0 0.4 0 {length!r} 0 0.4 units box\ncreate_box 2 box\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=2e-5)
+        + material(0.02, 2e-5)
         + balls
         + "set type 1 diameter 0.04 density 2678\n"
         + f'variable to_the_end atom "{speed!r} * (2 * (y > {length / 2!r}) - 1)"\n'

@@ -5,11 +5,11 @@ import pytest
 
 from scene import (
     HEAD,
-    MATERIAL,
     SLICE,
     about_to_be_thrown,
     analytic_wall,
     loose_bed,
+    material,
     mesh_wall,
     mill_deck,
     read_dump,
@@ -57,7 +57,7 @@ def _restart_deck(deck):
     return (
         HEAD
         + "read_restart half.restart\n"
-        + MATERIAL.format(youngs_modulus=5.98e7, skin=0.02, dt=DT)
+        + material(0.02, DT)
         + wall_and_drive(
             S, "constant-gravity", liner, "now", f"lifters 25 lifter_top_radius {TOP!r}"
         )

@@ -47,7 +47,7 @@ def test_flight_follows_the_closed_forms(tmp_path, S, scheme):
         length=LENGTH,
     )
     deck = deck.replace("start now", "policy corrected start never")
-    deck = deck.replace("neighbor        0.02 bin", "neighbor        0.3 bin")
+    deck = deck.replace("neighbor 0.02 bin", "neighbor 0.3 bin")
     deck += (
         f"velocity all set {float(velocity[0])!r} 0.0 {float(velocity[2])!r}\n"
         'fix track all print 1 "$(step) $(x[1]) $(z[1]) $(vx[1]) $(vz[1]) $(c_detach[1][1])" '

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from millscale import _core
+from millscale.engine.material_block import material_block
 from millscale.mesh import build_liner_mesh, curvature_deg, write_stl
 from scene import read_dump, run
 
@@ -63,18 +64,14 @@ class Materials:
         def matrix(values):
             full = np.full((n, n), 0.5)
             full[:kinds, -1] = full[-1, :kinds] = values
-            return " ".join(repr(v) for v in full.ravel().tolist())
+            return full.ravel()
 
-        moduli = [*(self.youngs_modulus * kinds)[:kinds], self.wall_youngs_modulus]
-        return (
-            f"fix m1 all property/global youngsModulus peratomtype {' '.join(map(repr, moduli))}\n"
-            f"fix m2 all property/global poissonsRatio peratomtype {' 0.3' * n}\n"
-            "fix m3 all property/global coefficientRestitution peratomtypepair "
-            f"{n} {matrix(self.restitution)}\n"
-            "fix m4 all property/global coefficientFriction peratomtypepair "
-            f"{n} {matrix(self.friction)}\n"
-            "fix m5 all property/global coefficientRollingFriction peratomtypepair "
-            f"{n} {matrix(self.rolling)}\n"
+        return material_block(
+            [*(self.youngs_modulus * kinds)[:kinds], self.wall_youngs_modulus],
+            [0.3] * n,
+            restitution=matrix(self.restitution),
+            friction=matrix(self.friction),
+            rolling_friction=matrix(self.rolling),
         )
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from millscale.engine.material_block import ball_and_wall, material_block
 from millscale.mesh import build_liner_mesh, curvature_deg, default_chord_error, write_stl
 
 pytestmark = pytest.mark.engine
@@ -23,11 +24,7 @@ region box block -{half_box!r} {half_box!r} 0 {length!r} -{half_box!r} {half_box
 create_box 2 box
 neighbor 0.01 bin
 neigh_modify delay 0
-fix m1 all property/global youngsModulus peratomtype 5.98e7 5.98e7
-fix m2 all property/global poissonsRatio peratomtype 0.3 0.3
-fix m3 all property/global coefficientRestitution peratomtypepair 2 0.1 0.2 0.2 0.2
-fix m4 all property/global coefficientFriction peratomtypepair 2 0.5 0.5 0.5 0.5
-pair_style gran model hertz tangential history
+{material}pair_style gran model hertz tangential history
 pair_coeff * *
 timestep 5e-5
 fix gravity all gravity 9.81 vector 0 0 -1
@@ -44,11 +41,20 @@ run {steps}
 """
 
 
+MATERIAL = material_block(
+    [5.98e7] * 2,
+    [0.3] * 2,
+    restitution=ball_and_wall(0.1, 0.2),
+    friction=ball_and_wall(0.5, 0.5),
+)
+
+
 def run(folder, ranks, mesh, radius, length, balls, motion="", steps=400):
     """Runs the deck and returns the last positions (n, 3) by ball, and what the engine printed."""
     write_stl(folder / "liner.stl", mesh)
     lines = [f"create_atoms 1 single {x!r} {y!r} {z!r} units box" for x, y, z in balls]
     deck = DECK.format(
+        material=MATERIAL,
         ranks=ranks,
         half_box=1.05 * radius,
         length=length,

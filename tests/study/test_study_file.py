@@ -20,7 +20,10 @@ def test_a_setting_is_the_base_with_what_it_changes(tmp_path):
     reference, default, same = study.settings
     assert study.name == "small-study"
     assert [setting.name for setting in study.settings] == ["reference", "default", "same"]
-    assert reference.campaign.damping == "plain" and default.campaign.damping == "bounded"
+    assert (
+        reference.campaign.contacts.damping == "plain"
+        and default.campaign.contacts.damping == "bounded"
+    )
     assert [case["time"]["step_s"] for case in reference.cases] == [5e-5, 5e-5]
     assert [case["time"]["step_s"] for case in default.cases] == [1e-4]
     assert {case.kind for setting in study.settings for case in setting.cases} == {"multi-ball"}
@@ -36,10 +39,10 @@ def test_the_file_of_a_setting_is_the_campaign_it_was_checked_as(tmp_path):
         assert tomllib.loads(setting.text()) == setting.tree
         read = load_campaign(file)
         assert read.name == setting.name
-        assert (read.studies, read.wall, read.damping) == (
+        assert (read.studies, read.wall, read.contacts) == (
             setting.campaign.studies,
             setting.campaign.wall,
-            setting.campaign.damping,
+            setting.campaign.contacts,
         )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from millscale.bench.peers import PEERS, Timed
 from millscale.bench.running import engine_output
 from millscale.bench.state import State
+from millscale.campaign.contacts import ContactOptions
 from millscale.cases.wall_panels import panels_of
 from millscale.engine.deck_run import find_engine, mpirun_line
 from millscale.engine.log import loop_timing
@@ -29,7 +30,7 @@ class Variant:
     Attributes:
         engine: millscale or liggghts.
         wall: analytic or mesh.
-        pair: fast, mixed (fast in mixed precision) or stock.
+        pair: a key of CONTACTS; of another engine, the name of its contact model.
         skin: of the neighbour list [m]; by default the optimum of stock contacts.
     """
 
@@ -45,6 +46,12 @@ MILLSCALE = Variant("millscale", "analytic", "fast", skin=0.020)
 MIXED = Variant("millscale", "analytic", "mixed", skin=0.020)
 LIGGGHTS = Variant("liggghts", "mesh", "stock")
 ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
+
+CONTACTS = {
+    "fast": ContactOptions(damping="plain"),
+    "mixed": ContactOptions(damping="plain", precision="mixed"),
+    "stock": ContactOptions("stock", "plain"),
+}
 
 
 @dataclass(frozen=True)
@@ -85,6 +92,9 @@ def time_run(
     if variant.engine in PEERS:
         timed = PEERS[variant.engine](state, values, ranks, folder)
         return _phases_of_peer(timed, 1e9 * ranks / (steps * state.balls))
+    contacts = CONTACTS[variant.pair].pair_style_words()
+    models = "hertz tangential history rolling_friction ${rolling}"
+    write_text(folder / "pair.in", f"pair_style gran model {models} {contacts}\n")
     for deck in DECKS.glob("*.in"):
         shutil.copyfile(deck, folder / deck.name)
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
@@ -123,7 +133,6 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "state": state.data,
         "liner_file": state.liner,
         "wall": variant.wall,
-        "pair": variant.pair,
         "skin": variant.skin,
         "time_step": case.time.step_s,
         "youngs_modulus": material.youngs_modulus_pa,

@@ -10,6 +10,7 @@ from typing import Any
 
 from millscale import _core
 from millscale.campaign.campaign import Ball, Campaign, LinerShape, Material, Mill, Wall
+from millscale.campaign.contacts import ContactOptions
 from millscale.campaign.keys import KINDS
 from millscale.campaign.parts import build_study
 from millscale.campaign.reader import checked_sections, parse_toml
@@ -59,9 +60,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         material=_material(path, sections["material"]),
         wall=_wall(path, sections["wall"], sections["ball"]["radius_m"]),
         stiffness=scaling["stiffness"],
-        contacts=sections["model"]["contacts"],
-        damping=_damping(path, sections["model"]),
-        precision=_precision(path, sections["model"]),
+        contacts=_contacts(path, sections["model"]),
         force=sections["model"]["force"],
         time_factor=scaling["time_factor"],
         time_exponent=scaling["time_exponent"],
@@ -82,23 +81,17 @@ def _wall(path: Path, wall: Section, ball_radius: float) -> Wall:
     return Wall(wall["kind"], error, wall["axial_divisions"])
 
 
-def _damping(path: Path, model: Section) -> str:
-    damping, contacts = model["tangential_damping"], model["contacts"]
-    if damping == "bounded" and contacts == "stock":
-        raise CampaignError(
-            path, "model.tangential_damping", 'got "bounded" with contacts = "stock"',
-            '"plain", or contacts = "fast"',
-        )  # fmt: skip
-    return damping or ("plain" if contacts == "stock" else "bounded")
-
-
-def _precision(path: Path, model: Section) -> str:
-    if model["precision"] == "mixed" and model["contacts"] == "stock":
-        raise CampaignError(
-            path, "model.precision", 'got "mixed" with contacts = "stock"',
-            '"double", or contacts = "fast"',
-        )  # fmt: skip
-    return model["precision"]
+def _contacts(path: Path, model: Section) -> ContactOptions:
+    backend, damping = model["contacts"], model["tangential_damping"]
+    if backend == "fast":
+        return ContactOptions(backend, damping or "bounded", model["precision"])
+    # Both options are of our kernels.
+    for key, got, accepted in (("tangential_damping", damping, "plain"),
+                               ("precision", model["precision"], "double")):  # fmt: skip
+        if got not in (None, accepted):
+            cause = f'got "{got}" with contacts = "stock"'
+            raise CampaignError(path, f"model.{key}", cause, f'"{accepted}", or contacts = "fast"')
+    return ContactOptions(backend, "plain")
 
 
 def campaign_name(path: Path, key: str, name: str | None) -> str:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from millscale.campaign.contacts import ContactOptions
+from millscale.runs.case_file import Kind, WallKind
+
 
 @dataclass(frozen=True)
 class Mill:
@@ -57,7 +60,7 @@ class Material:
 class Wall:
     """How the liner is represented; chord_error is the physical mill's [m]; None: the program's."""
 
-    kind: str
+    kind: WallKind
     chord_error: float | None
     axial_divisions: int | None
 
@@ -96,7 +99,7 @@ class Study:
         ledger: keeps account of the energy; multi-ball only.
     """
 
-    kind: str
+    kind: Kind
     ratios: tuple[float, ...]
     schemes: tuple[str, ...]
     policies: tuple[str, ...]
@@ -114,11 +117,12 @@ class Study:
 class Campaign:
     """Everything a campaign file says.
 
-    `contacts` says who evaluates those between balls, `fast` or `stock`, `damping` whether their
-    tangential damping is `bounded` or `plain`, `precision` that of our kernels, `double` or
-    `mixed`; `force` names what the decks have although the scene does not need it; `warnings` are
-    what the file says that is not used; `ranks` and `jobs` None leave it to the machine;
-    `output_budget` is the disk that a case may take [bytes].
+    Attributes:
+        contacts: between balls.
+        force: model terms that the decks keep although the scene does not need them.
+        ranks, jobs: None leaves the number to the machine.
+        output_budget: disk that a case may take [bytes].
+        warnings: about values that are not used, or unusual.
     """
 
     file: Path
@@ -130,9 +134,7 @@ class Campaign:
     material: Material
     wall: Wall
     stiffness: str
-    contacts: str
-    damping: str
-    precision: str
+    contacts: ContactOptions
     force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
+from millscale.campaign.contacts import DAMPINGS, PRECISIONS, SURFACES
+
 
 class Required:
     """Marks a key that has no default."""
@@ -23,9 +25,6 @@ KINDS: Final = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
 ADVISED: Final = "advised"
 # Terms of the decks that a scene may do without (deck_terms decides), and `force` puts in.
 FORCIBLE: Final = ("pair", "rolling", "history", "dumps")
-# Contacts of balls: our kernels or the engine's; the word of its pair style that picks them.
-SURFACES: Final = {"fast": "fast", "stock": "default"}
-DAMPINGS: Final = {"bounded": "bounded", "plain": "on"}
 
 # Smallest and largest size of a quantity, by the unit that ends its key: from mills of sand to
 # mills on any planet. A number beyond is a slip, and products of a few leave floating point.
@@ -239,7 +238,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "text",
             "of our kernels; mixed: single precision where no error adds up, faster",
             "double",
-            choices=("double", "mixed"),
+            choices=PRECISIONS,
         ),
         "force": Key(
             "text",

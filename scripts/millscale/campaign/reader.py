@@ -106,10 +106,10 @@ def _text(path: Path, content: bytes) -> str:
         raise CampaignError(path, "", cause, _SAVE_AS)
     try:
         return content.decode("utf-8-sig")
-    except UnicodeDecodeError as cause:
-        before = content[: cause.start].decode("utf-8", errors="replace")
+    except UnicodeDecodeError as error:
+        before = content[: error.start].decode("utf-8", errors="replace")
         where = _place(before, len(before))
-        cause = f"not UTF-8 text: byte 0x{content[cause.start]:02x} {where}"
+        cause = f"not UTF-8 text: byte 0x{content[error.start]:02x} {where}"
         raise CampaignError(path, "", cause, _SAVE_AS) from None
 
 

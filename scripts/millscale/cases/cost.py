@@ -146,7 +146,7 @@ def learned(folders: Iterable[Path], cpu: str) -> Rates:
 
 def _ratio(case: Case, timing: Mapping[str, Any]) -> float:
     """Measured over predicted time of a particle-step."""
-    ranks, rate = float(timing["ranks"]), float(timing["particle_steps_per_s_core"])
+    ranks, rate = int(timing["ranks"]), float(timing["particle_steps_per_s_core"])
     ratio = case.ball.count / (step_time(case, ranks) * ranks * rate)
     if not 0.0 < ratio < math.inf:
         raise ValueError(f"no rate: {ratio}")

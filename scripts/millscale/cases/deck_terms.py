@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from millscale.campaign.campaign import Campaign, Study
-from millscale.campaign.keys import DAMPINGS, SURFACES
+from millscale.campaign.contacts import DAMPINGS
 from millscale.cases.law import Model
 from millscale.runs.case_file import Deck, Modelled, Statement
 
@@ -68,16 +68,16 @@ def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> Deck:
     Keys that a case does not need are left out, so that cases made before they existed keep their
     digest.
     """
-    damping = DAMPINGS[campaign.damping]
+    contacts = campaign.contacts
     # A ball that is alone takes a step that the dashpot of its one contact allows as it is.
-    wall = damping if campaign.wall.kind == "analytic" else DAMPINGS["plain"]
+    wall = contacts.damping if campaign.wall.kind == "analytic" else "plain"
     switches = {term.switch: term.values[term.inside] for term in terms}
     return Deck(
         **switches,
-        surface=SURFACES[campaign.contacts],
-        tangential_damping=damping,
-        wall_damping=wall if study.kind == "multi-ball" else None,
-        precision=campaign.precision,
+        surface=contacts.surface,
+        tangential_damping=contacts.tangential_damping,
+        wall_damping=DAMPINGS[wall] if study.kind == "multi-ball" else None,
+        precision=contacts.precision,
         ledger="on" if study.ledger else "off",
     )
 

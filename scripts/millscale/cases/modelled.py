@@ -79,12 +79,12 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
 
 
 def _contacts(campaign: Campaign) -> Statement:
-    if campaign.contacts == "stock":
+    if campaign.contacts.backend == "stock":
         return _say("contacts between balls evaluated by stock LIGGGHTS", "asked for")
     damping = ""
-    if campaign.damping == "bounded":
+    if campaign.contacts.damping == "bounded":
         damping = "; tangential damping bounded by what a step can take, for longer steps"
-    precision = ", in mixed precision" if campaign.precision == "mixed" else ""
+    precision = ", in mixed precision" if campaign.contacts.precision == "mixed" else ""
     return _say(
         f"contacts between balls evaluated by our kernels{precision}",
         f"the same law in less time{damping}",

@@ -6,14 +6,12 @@ from pathlib import Path
 
 from msgspec import to_builtins
 
+from millscale.engine.material_block import HARD_ABOVE, SOFT_BELOW, yes_or_no
 from millscale.runs.case_file import Case, Material, Wall
 from millscale.runs.writing import write_text
 
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
-# The engine takes a Young's modulus [Pa] beyond these for a slip of units unless told otherwise.
-SOFT_BELOW = 5e6
-HARD_ABOVE = 1e9
 
 
 def parameters(case: Case) -> dict[str, float | int | str]:
@@ -97,8 +95,8 @@ def _material(material: Material) -> dict[str, float | str]:
     modulus = material.youngs_modulus_pa
     return {
         "youngs_modulus": modulus,
-        "soft_particles": "yes" if modulus < SOFT_BELOW else "no",
-        "hard_particles": "yes" if modulus > HARD_ABOVE else "no",
+        "soft_particles": yes_or_no(modulus < SOFT_BELOW),
+        "hard_particles": yes_or_no(modulus > HARD_ABOVE),
         "poisson_ratio": material.poisson_ratio,
         **{
             f"{name}_{pair}": getattr(material, f"{name}_{pair}")

@@ -258,7 +258,7 @@ def domain_part(campaign: Campaign, model: Model) -> Domain:
     ball = campaign.ball
     largest = ball.radius + ball.radius_std * ball.truncation
     single = model.study.kind == "single-ball"
-    skin = SINGLE_BALL_SKIN if single else SKIN[campaign.contacts]
+    skin = SINGLE_BALL_SKIN if single else SKIN[campaign.contacts.backend]
     return Domain(
         half_box_m=model.liner.radius + BOX_MARGIN * largest,
         skin_m=skin * ball.radius,

@@ -112,7 +112,7 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
 def _bed(campaign: Campaign, model: Model) -> dict[str, float | bool]:
     """What is known of contacts of balls in a bed; one ball alone touches the wall, undivided."""
     kind = model.study.kind
-    bounded = kind == "multi-ball" and campaign.damping == "bounded"
+    bounded = kind == "multi-ball" and campaign.contacts.damping == "bounded"
     return {"coordination": COORDINATION[kind], "bounded": bounded}
 
 

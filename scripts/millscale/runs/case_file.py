@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 from msgspec import Meta, Struct
@@ -20,7 +20,7 @@ from millscale.runs.layout import CASE_FILE
 from millscale.runs.typed import as_typed
 from millscale.runs.untrusted import ID, RunFolderError, read_object
 
-SCHEMA = 1
+SCHEMA: Final = 1
 LARGEST_FILE_BYTES = 1 << 20
 MOST_BALLS, MOST_STEPS, MOST_RANKS = 10**9, 10**15, 10**5
 REMEDY = "write it again with: millscale generate FILE --runs DIR"
@@ -36,6 +36,10 @@ Steps = Annotated[int, Meta(ge=0, le=MOST_STEPS)]
 Interval = Annotated[int, Meta(ge=1, le=MOST_STEPS)]
 Lifters = Annotated[int, Meta(ge=0, le=10**4)]
 Kind = Literal["single-ball", "multi-ball"]
+WallKind = Literal["analytic", "mesh"]
+Surface = Literal["fast", "default"]
+Precision = Literal["double", "mixed"]
+Switch = Literal["on", "off"]
 
 
 class Section(Struct, frozen=True, kw_only=True, omit_defaults=True):
@@ -63,7 +67,7 @@ class Section(Struct, frozen=True, kw_only=True, omit_defaults=True):
         return iter(self.keys())
 
 
-class PhysicalMill(Section):
+class PhysicalMill(Section, frozen=True):
     """The physical mill; `face_angle_deg` of the lifters' faces from their centre line."""
 
     radius_m: Positive
@@ -78,7 +82,7 @@ class PhysicalMill(Section):
     face_angle_deg: Number
 
 
-class Mill(Section):
+class Mill(Section, frozen=True):
     """The scaled mill, its operating point and the numbers that follow from it.
 
     Attributes:
@@ -107,7 +111,7 @@ class Mill(Section):
     area_m2: Number
 
 
-class Factors(Section):
+class Factors(Section, frozen=True):
     """Factors scaled / physical of the similarity law.
 
     Attributes:
@@ -121,7 +125,7 @@ class Factors(Section):
     friction: Positive | None = None
 
 
-class Groups(Section):
+class Groups(Section, frozen=True):
     """Ratios to the ball size, which no policy keeps."""
 
     ball_radius_over_mill_radius: Number
@@ -130,7 +134,7 @@ class Groups(Section):
     length_over_ball_diameter: Number
 
 
-class Balls(Section):
+class Balls(Section, frozen=True):
     """The balls; radii are normally distributed, cut at `truncation` standard deviations.
 
     Attributes:
@@ -147,7 +151,7 @@ class Balls(Section):
     start_m: tuple[Number, Number, Number] | None = None
 
 
-class Material(Section):
+class Material(Section, frozen=True):
     """Elastic constants and coefficients, ball-ball (pp) and ball-wall (pw)."""
 
     youngs_modulus_pa: Positive
@@ -162,7 +166,7 @@ class Material(Section):
     stiffness: str
 
 
-class Times(Section):
+class Times(Section, frozen=True):
     """The time step, its limits, and the durations of the case.
 
     Attributes:
@@ -193,7 +197,7 @@ class Times(Section):
     steps_per_contact: Number
 
 
-class Charge(Section):
+class Charge(Section, frozen=True):
     """The charge as the campaign gives it; `filling` and `porosity` are None if it gives a count.
 
     Attributes:
@@ -208,17 +212,17 @@ class Charge(Section):
     settle_s: Number
 
 
-class Wall(Section):
+class Wall(Section, frozen=True):
     """How the liner is represented; `curvature_deg` of a mesh only."""
 
-    kind: Literal["analytic", "mesh"]
+    kind: WallKind
     chord_error_m: Number
     axial_divisions: Annotated[int, Meta(ge=1, le=10**4)]
     triangles: Annotated[int, Meta(ge=0, le=10**9)]
     curvature_deg: Number | None = None
 
 
-class Deck(Section, forbid_unknown_fields=True):
+class Deck(Section, frozen=True, forbid_unknown_fields=True):
     """Values of the switches of the decks. A switch of another version cannot be obeyed, so that
     unknown keys are refused."""
 
@@ -227,22 +231,22 @@ class Deck(Section, forbid_unknown_fields=True):
     rolling_model_pw: Word
     tangential_model_pp: Word
     tangential_model_pw: Word
-    dumps: Word
-    surface: Word
+    dumps: Switch
+    surface: Surface
     tangential_damping: Word
     wall_damping: Word | None = None
-    precision: Word = "double"
-    ledger: Word = "off"
+    precision: Precision = "double"
+    ledger: Switch = "off"
 
 
-class Domain(Section):
+class Domain(Section, frozen=True):
     """The engine's box around the mill, and its neighbour skin."""
 
     half_box_m: Positive
     skin_m: Number
 
 
-class Output(Section):
+class Output(Section, frozen=True):
     """Steps and mill angles between outputs."""
 
     thermo_steps: Interval
@@ -253,21 +257,21 @@ class Output(Section):
     restart_steps: Interval
 
 
-class Statement(Section):
+class Statement(Section, frozen=True):
     """A part of the physics, and why it is modelled or left out."""
 
     what: str
     reason: str
 
 
-class Modelled(Section, rename={"inside": "in", "outside": "out"}):
+class Modelled(Section, frozen=True, rename={"inside": "in", "outside": "out"}):
     """What the case models (`in`), and what it leaves out (`out`)."""
 
     inside: tuple[Statement, ...]
     outside: tuple[Statement, ...]
 
 
-class Predicted(Section):
+class Predicted(Section, frozen=True):
     """Cost on one core."""
 
     particle_steps: int
@@ -276,7 +280,7 @@ class Predicted(Section):
     output_bytes: int
 
 
-class Case(Section, kw_only=True):
+class Case(Section, frozen=True, kw_only=True):
     """One case: one scaled mill to simulate, every number of it resolved. SI units.
 
     Attributes:
@@ -331,7 +335,8 @@ class Case(Section, kw_only=True):
     @property
     def document(self) -> dict[str, Any]:
         """Content of case.json as JSON types, sections by name."""
-        return msgspec.to_builtins(self)
+        document: dict[str, Any] = msgspec.to_builtins(self)
+        return document
 
     def text(self) -> str:
         """Return case.json as it is written."""

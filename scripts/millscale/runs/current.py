@@ -61,7 +61,7 @@ def is_as_made(folder: Path, name: str) -> bool:
     if digest is None:
         inside = f"{name.rpartition('/')[0]}/"
         return not any(other.startswith(inside) for x in products for other in x)
-    return Digests(folder).of(name) == digest
+    return bool(Digests(folder).of(name) == digest)
 
 
 class _Made:

@@ -110,12 +110,12 @@ def _words(found: Any) -> str:
     from msgspec import inspect
 
     if isinstance(found, inspect.Metadata):
-        return (found.extra_json_schema or {}).get("description") or _words(found.type)
+        return str((found.extra_json_schema or {}).get("description") or _words(found.type))
     if isinstance(found, inspect.LiteralType):
         return ", ".join(map(str, found.values))
     if isinstance(found, inspect.TupleType):
         return f"a list of {len(found.item_types)}"
-    words = {
+    words: dict[type, str] = {
         inspect.FloatType: "a finite number",
         inspect.IntType: "a whole number",
         inspect.BoolType: "true or false",
@@ -123,10 +123,11 @@ def _words(found: Any) -> str:
         inspect.DictType: "an object",
         inspect.StructType: "an object",
         inspect.DataclassType: "an object",
-    }.get(type(found), "a list")
+    }
     limits = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
     given = {sign: getattr(found, name, None) for name, sign in limits.items()}
-    return words + "".join(f" {sign} {x:g}," for sign, x in given.items() if x is not None)[:-1]
+    kind = words.get(type(found), "a list")
+    return kind + "".join(f" {sign} {x:g}," for sign, x in given.items() if x is not None)[:-1]
 
 
 def shown(value: Any) -> str:

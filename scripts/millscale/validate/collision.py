@@ -93,7 +93,7 @@ def _deck(mill: Mill, path: str, step: float, steps: int) -> str:
         f"{material(mill)}neighbor {0.75 * mill.radii[0]!r} bin\n"
         "neigh_modify delay 0 every 1 check yes\n"
         "pair_style gran model hertz tangential history rolling_friction cdt "
-        f"{PATHS[path].words}\npair_coeff * *\ntimestep {step!r}\n"
+        f"{PATHS[path].balls.pair_style_words()}\npair_coeff * *\ntimestep {step!r}\n"
         f"fix integrate all nve/sphere\ndump balls all custom 1 balls.dump {COLUMNS}\n"
         f'dump_modify balls format "%d{" %.17g" * 5}"\nthermo {steps}\n'
         f"thermo_modify lost error\nrun {steps}\n"

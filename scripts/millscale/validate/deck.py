@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from millscale.campaign.contacts import ContactOptions
 from millscale.engine.deck_run import engine_text, find_engine
+from millscale.engine.material_block import ball_and_wall, material_block
 from millscale.mesh import build_liner_mesh, curvature_deg, write_stl
 from millscale.runs.writing import write_text
 from millscale.validate.cases import MILL, Case, Mill
@@ -17,26 +19,24 @@ from millscale.validate.scenes import SETTLING, Balls
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contacts of balls and wall that go together.
+    """Contacts of balls and the wall that goes with them, "mesh" or "analytic"."""
 
-    Attributes:
-        words: behind the stock `pair_style gran` line.
-        wall: "mesh" or "analytic".
-        bounded: whether the tangential damping of balls is bounded.
-    """
-
-    words: str
+    balls: ContactOptions
     wall: str
-    bounded: bool = False
+
+    @property
+    def bounded(self) -> bool:
+        """Whether the tangential damping of balls is bounded."""
+        return self.balls.damping == "bounded"
 
 
 # All of the engine; ours with the damping of the engine; ours as campaigns have them; in mixed
 # precision.
 PATHS = {
-    "stock": Contacts("", "mesh"),
-    "plain": Contacts("surface fast", "analytic"),
-    "default": Contacts("surface fast tangential_damping bounded", "analytic", True),
-    "mixed": Contacts("surface fast tangential_damping bounded precision mixed", "analytic", True),
+    "stock": Contacts(ContactOptions("stock", "plain"), "mesh"),
+    "plain": Contacts(ContactOptions(damping="plain"), "analytic"),
+    "default": Contacts(ContactOptions(), "analytic"),
+    "mixed": Contacts(ContactOptions(precision="mixed"), "analytic"),
 }
 SAMPLES = 400  # rows of series.csv
 SPIN_STEPS = 12  # at the end, one after the other
@@ -104,7 +104,8 @@ def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, 
         "communicate single vel yes\nprocessors 1 * 1\nread_data balls.data\n"
         f"{material(mill)}neighbor {0.75 * mill.radii[-1]!r} bin\n"
         "neigh_modify delay 0 every 1 check yes\n"
-        f"pair_style gran model hertz tangential history rolling_friction cdt {contacts.words}\n"
+        f"pair_style gran model hertz tangential history rolling_friction cdt "
+        f"{contacts.balls.pair_style_words()}\n"
         f"pair_coeff * *\ntimestep {step!r}\n{liner}"
         f"fix mill all mill/similarity radius {mill.radius!r} gravity {mill.gravity!r} "
         f"omega {mill.omega!r} ball_radius {mill.radii[0]!r} centrifuging allow "
@@ -120,24 +121,13 @@ def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, 
 
 
 def material(mill: Mill) -> str:
-    """Properties of balls (type 1) and wall (type 2) for the engine."""
-
-    def matrix(values):
-        between, wall = values
-        return f"2 {between!r} {wall!r} {wall!r} {wall!r}"
-
-    modulus = mill.youngs_modulus
-    return (
-        f"soft_particles {'yes' if modulus < 5e6 else 'no'}\n"
-        f"hard_particles {'yes' if modulus > 1e9 else 'no'}\n"
-        f"fix m1 all property/global youngsModulus peratomtype {modulus!r} {modulus!r}\n"
-        f"fix m2 all property/global poissonsRatio peratomtype {mill.poisson_ratio!r} "
-        f"{mill.poisson_ratio!r}\n"
-        f"fix m3 all property/global coefficientRestitution peratomtypepair "
-        f"{matrix(mill.restitution)}\n"
-        f"fix m4 all property/global coefficientFriction peratomtypepair {matrix(mill.friction)}\n"
-        f"fix m5 all property/global coefficientRollingFriction peratomtypepair "
-        f"{matrix(mill.rolling)}\n"
+    """Return the properties of balls (type 1) and wall (type 2) for the engine."""
+    return material_block(
+        [mill.youngs_modulus] * 2,
+        [mill.poisson_ratio] * 2,
+        restitution=ball_and_wall(*mill.restitution),
+        friction=ball_and_wall(*mill.friction),
+        rolling_friction=ball_and_wall(*mill.rolling),
     )
 
 

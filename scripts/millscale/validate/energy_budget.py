@@ -7,6 +7,7 @@ and their residual.
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -19,6 +20,7 @@ from msgspec.structs import replace
 
 from millscale.analysis.charge.energy_budget import read_energy_budget
 from millscale.analysis.result_file import EnergyBudget
+from millscale.campaign.contacts import ContactOptions
 from millscale.cases.decks import copy_decks
 from millscale.cases.parameters import write_parameters
 from millscale.engine.deck_run import engine_text, find_engine
@@ -32,23 +34,22 @@ from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
 
 COMMAND = "millscale validate energy CASE"
-DECK, BED, PAIR = "mill.in", "settled.restart", "pair_gran.in"
+DECK, BED, PAIR = "mill.in", "settled.restart", "contacts_fast.in"
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Who evaluates contacts how: tangential damping, more words of the pair style, step [s]."""
+    """Options of the contacts between balls, and the time step [s]."""
 
-    damping: str
-    words: str
+    balls: ContactOptions
     step: float
 
 
 # Steps: that of campaigns at S = 2.6, and the longest that plain damping takes there
 # (docs/results/time-step.md).
 PATHS = {
-    "default": Contacts("bounded", "", 2e-4),
-    "stock-compatible": Contacts("on", "memory stock", 1e-4),
+    "default": Contacts(ContactOptions(), 2e-4),
+    "stock-compatible": Contacts(ContactOptions(damping="plain", stock_history=True), 1e-4),
 }
 
 
@@ -62,18 +63,25 @@ def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None)
     copy_decks((DECK,), folder)
     write_parameters(with_energy_budget(case, path, angle), folder)
     shutil.copyfile(case_folder / BED, folder / BED)
-    pair = (folder / PAIR).read_text(encoding="utf-8")
-    damping = "tangential_damping ${tangential_damping}"
-    write_text(folder / PAIR, pair.replace(damping, f"{damping} {path.words}"))
+    _set_pair_style(folder / PAIR, path.balls)
     _, cause = engine_text([str(find_engine()), "-in", DECK], folder)
     if cause:
         raise EngineError(f"{DECK} did not finish: {cause}")
     return {
-        "tangential_damping": path.damping,
+        "tangential_damping": path.balls.tangential_damping,
         "step_s": path.step,
         "balls": case.ball.count,
         **accounted(folder),
     }
+
+
+def _set_pair_style(deck: Path, contacts: ContactOptions) -> None:
+    """Give the pair style of a deck the words of these options, instead of its variables."""
+    text = deck.read_text(encoding="utf-8")
+    words, count = re.subn(r"surface fast .*", contacts.pair_style_words(), text)
+    if count != 1:
+        raise ValueError(f"{deck}: {count} lines with `surface fast`, accepted: 1")
+    write_text(deck, words)
 
 
 def accounted(folder: Path) -> dict[str, Any]:
@@ -104,7 +112,7 @@ def with_energy_budget(case: Case, path: Contacts, angle: float | None) -> Case:
             ledger="on",
             dumps="off",
             surface="fast",
-            tangential_damping=path.damping,
+            tangential_damping=path.balls.tangential_damping,
         ),
     )
 

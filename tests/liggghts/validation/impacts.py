@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from contact_paths import CONTACT_PATHS
+from millscale.engine.material_block import material_block
 from millscale.mesh import build_liner_mesh, curvature_deg, write_stl
 from scene import Ran, read_dump, run
 from wall_bench import flats, over_flat
@@ -210,19 +211,14 @@ def _drum_of_radius_one():
 
 
 def _properties(impact: Impact) -> str:
-    """The engine's: type 1 the ball, type 2 the other body."""
-    pair = f"{impact.restitution!r} " * 4
-    mu = f"{impact.friction!r} " * 4
-    ball, other = impact.ball, impact.other
-    return (
-        "soft_particles yes\nhard_particles yes\n"
-        f"fix m1 all property/global youngsModulus peratomtype {ball.youngs_modulus!r} "
-        f"{other.youngs_modulus!r}\n"
-        f"fix m2 all property/global poissonsRatio peratomtype {ball.poisson_ratio!r} "
-        f"{other.poisson_ratio!r}\n"
-        f"fix m3 all property/global coefficientRestitution peratomtypepair 2 {pair}\n"
-        f"fix m4 all property/global coefficientFriction peratomtypepair 2 {mu}\n"
-        "fix m5 all property/global coefficientRollingFriction peratomtypepair 2 0 0 0 0\n"
+    """Return the properties of the ball (type 1) and of the other body (type 2)."""
+    bodies = (impact.ball, impact.other)
+    return material_block(
+        [body.youngs_modulus for body in bodies],
+        [body.poisson_ratio for body in bodies],
+        restitution=[impact.restitution] * 4,
+        friction=[impact.friction] * 4,
+        rolling_friction=[0.0] * 4,
     )
 
 
@@ -372,7 +368,7 @@ def _deck(folder: Path, impact: Impact, bodies, path: str, wall: str, dt: float)
         "neigh_modify delay 0\nread_data balls.data\n"
         f"{_properties(impact)}neighbor {0.2 * reach!r} bin\n"
         "pair_style gran model hertz tangential history rolling_friction cdt "
-        f"{CONTACT_PATHS[path]}\npair_coeff * *\ntimestep {dt!r}\n"
+        f"{CONTACT_PATHS[path].pair_style_words()}\npair_coeff * *\ntimestep {dt!r}\n"
         f"{walls}fix integrate all nve/sphere\nthermo_modify lost error\n"
     )
 
