@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "core/contact/material.h"
+#include "core/math/checks.h"
+#include "core/math/constants.h"
 
 namespace millscale::contact {
 
@@ -31,7 +33,7 @@ inline double ball_mass(const Material& material, double radius)
 inline double damping_factor(double restitution)
 {
   if (!(restitution > 0.0 && restitution <= 1.0))
-    detail::reject("restitution", "must be > 0 and <= 1", restitution);
+    reject("restitution", "must be > 0 and <= 1", restitution);
   const double log_e = -std::log(restitution);
   return log_e / std::hypot(log_e, pi);
 }
@@ -47,7 +49,7 @@ inline double damping_ratio(double restitution)
 inline Pair ball_on_ball(const Material& ball, double radius, double restitution)
 {
   check(ball);
-  detail::require_positive("ball radius", "m", radius);
+  require_positive("ball radius", "m", radius);
   return {0.5 * radius, 0.5 * ball_mass(ball, radius), effective_youngs_modulus(ball, ball),
           effective_shear_modulus(ball, ball), damping_factor(restitution)};
 }
@@ -58,7 +60,7 @@ inline Pair ball_on_wall(const Material& ball, const Material& wall, double radi
 {
   check(ball);
   check(wall);
-  detail::require_positive("ball radius", "m", radius);
+  require_positive("ball radius", "m", radius);
   return {radius, ball_mass(ball, radius), effective_youngs_modulus(ball, wall),
           effective_shear_modulus(ball, wall), damping_factor(restitution)};
 }
@@ -82,7 +84,7 @@ inline Coefficients coefficients(const Pair& pair, double overlap)
 /// 8/15 E* sqrt(R*) delta^(5/2). Damping makes it smaller, so it is an upper bound.
 inline double hertz_overlap(const Pair& pair, double speed)
 {
-  detail::require_positive("impact speed", "m/s", speed);
+  require_positive("impact speed", "m/s", speed);
   return std::pow(
       15.0 * pair.mass * speed * speed / (16.0 * pair.youngs_modulus * std::sqrt(pair.radius)),
       0.4);

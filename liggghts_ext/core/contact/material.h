@@ -1,29 +1,8 @@
 #pragma once
 
-#include <cmath>
-#include <stdexcept>
-#include <string>
-
-#include "core/math/format.h"
+#include "core/math/checks.h"
 
 namespace millscale::contact {
-
-inline constexpr double pi = 3.14159265358979323846;
-
-namespace detail {
-
-[[noreturn]] inline void reject(const char* what, const std::string& accepted, double got)
-{
-  throw std::invalid_argument(std::string(what) + ": " + accepted + ", got " + format(got));
-}
-
-inline void require_positive(const char* what, const char* unit, double value)
-{
-  if (!(value > 0.0 && std::isfinite(value)))
-    reject(what, std::string("must be > 0 ") + unit, value);
-}
-
-}  // namespace detail
 
 /// Elastic solid: Young's modulus [Pa], Poisson ratio [-], density [kg/m^3].
 struct Material {
@@ -33,10 +12,10 @@ struct Material {
 /// Throws std::invalid_argument, naming value and range, unless E > 0, 0 <= nu <= 0.5, rho > 0.
 inline void check(const Material& m)
 {
-  detail::require_positive("Young's modulus", "Pa", m.youngs_modulus);
+  require_positive("Young's modulus", "Pa", m.youngs_modulus);
   if (!(m.poisson_ratio >= 0.0 && m.poisson_ratio <= 0.5))
-    detail::reject("Poisson ratio", "must be >= 0 and <= 0.5", m.poisson_ratio);
-  detail::require_positive("density", "kg/m^3", m.density);
+    reject("Poisson ratio", "must be >= 0 and <= 0.5", m.poisson_ratio);
+  require_positive("density", "kg/m^3", m.density);
 }
 
 /// Shear modulus of an isotropic solid, E / (2 (1 + nu)) [Pa].

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/contact/hertz_mindlin.h"
+#include "core/math/checks.h"
+#include "core/math/constants.h"
 
 namespace millscale::contact {
 
@@ -13,7 +15,7 @@ namespace millscale::contact {
 inline double rayleigh_time(const Material& material, double radius)
 {
   check(material);
-  detail::require_positive("ball radius", "m", radius);
+  require_positive("ball radius", "m", radius);
   return pi * radius * std::sqrt(material.density / shear_modulus(material)) /
          (0.1631 * material.poisson_ratio + 0.8766);
 }
@@ -79,9 +81,9 @@ inline double bounded_limit(const Pair& pair, const Coefficients& c, double coor
 inline double damping_time_step_limit(const Pair& pair, double overlap, double coordination = 1.0,
                                       bool bounded = false)
 {
-  detail::require_positive("overlap", "m", overlap);
+  require_positive("overlap", "m", overlap);
   if (!(coordination >= 1.0 && std::isfinite(coordination)))
-    detail::reject("coordination", "must be >= 1 contact per ball", coordination);
+    reject("coordination", "must be >= 1 contact per ball", coordination);
   const Coefficients c = coefficients(pair, overlap);
   const auto limit = [&](double stiffness, double damping, double mass) {
     const double omega = std::sqrt(coordination * stiffness / mass);

@@ -10,6 +10,7 @@
 
 #include "core/liner/liner.h"
 #include "core/liner/touches.h"
+#include "core/math/constants.h"
 #include "core/measure/bed_arc.h"
 #include "core/measure/monitoring_box.h"
 
@@ -84,7 +85,8 @@ class ChargeSums {
     raise(speed_squared, ball.speed_squared);
     numbers_[mass] += ball.mass;
     numbers_[translation] += 0.5 * ball.mass * ball.speed_squared;
-    numbers_[rotation] += 0.2 * ball.mass * ball.radius * ball.radius * ball.spin_squared;
+    numbers_[rotation] +=
+        0.5 * sphere_inertia * ball.mass * ball.radius * ball.radius * ball.spin_squared;
     numbers_[moment_x] += ball.mass * ball.centre.x;
     numbers_[moment_z] += ball.mass * ball.centre.z;
     numbers_[angular_momentum] += ball.angular_momentum;

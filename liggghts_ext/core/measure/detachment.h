@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/math/constants.h"
 #include "core/math/vector.h"
 
 namespace millscale::detachment {
@@ -42,7 +43,6 @@ inline double square_from_axis(const MillFrame& mill, const Vector& position)
 /// Angle from the vertical (the top), positive on the rising side, (-pi, pi] [rad].
 inline double angle_from_vertical(double psi)
 {
-  const double pi = std::acos(-1.0);
   const double alpha = pi - psi;
   return alpha > pi ? alpha - 2.0 * pi : alpha;
 }

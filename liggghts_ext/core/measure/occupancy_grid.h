@@ -9,6 +9,7 @@
 
 #include "core/liner/frame.h"
 #include "core/liner/liner.h"
+#include "core/math/constants.h"
 
 namespace millscale::charge {
 
@@ -61,7 +62,7 @@ class OccupancyGrid {
     const double square = centre.x * centre.x + centre.z * centre.z;
     const double distance = std::min(std::sqrt(square) / cells_.reach, 1.0);
     volume_[part(distance, cells_.rings) * cells_.sectors + part(turn, cells_.sectors)] +=
-        4.0 / 3.0 * liner::pi * radius * radius * radius;
+        ball_volume(radius);
   }
 
   /// Sums over the samples so far, ring by ring [m^3].

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/math/constants.h"
 #include "core/mesh/triangle.h"
 
 namespace millscale::mesh {
@@ -26,7 +27,7 @@ struct CurvatureRange {
 };
 
 /// Folds of less, 0.1 degrees, are rounding of a flat face: six digits of a file in m, or 0.01 mm.
-inline constexpr double flat = 0.1 * 3.14159265358979323846 / 180.0;
+inline constexpr double flat = 0.1 * degree;
 
 namespace detail {
 

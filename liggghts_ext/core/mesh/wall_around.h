@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/math/constants.h"
 #include "core/mesh/triangle.h"
 
 namespace millscale::mesh {
@@ -79,7 +80,7 @@ class WallAround {
 
  private:
   static constexpr double nothing = std::numeric_limits<double>::infinity();
-  static constexpr double turn = 2.0 * 3.14159265358979323846;
+  static constexpr double turn = 2.0 * pi;
 
   /// A place in a slice, from the axis.
   struct Flat {

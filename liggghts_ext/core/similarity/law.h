@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "core/math/checks.h"
 #include "core/math/format.h"
 #include "core/similarity/dimension.h"
 #include "core/similarity/operating_point.h"
@@ -83,13 +84,6 @@ inline BaseFactors base_factors(double length, Scheme scheme, double time_factor
 
 namespace detail {
 
-inline void require_positive(const char* what, const char* unit, double value)
-{
-  if (!(value > 0.0 && std::isfinite(value)))
-    throw std::invalid_argument(std::string(what) + ": must be > 0 " + unit + ", got " +
-                                format(value));
-}
-
 inline void check(const OperatingPoint& physical, const ScalingRequest& request)
 {
   require_positive("mill radius", "m", physical.radius);
@@ -97,8 +91,7 @@ inline void check(const OperatingPoint& physical, const ScalingRequest& request)
   require_positive("gravity", "m/s^2", physical.gravity);
   require_positive("speed", "rad/s", physical.omega);
   if (!(request.S >= 1.0 && std::isfinite(request.S)))
-    throw std::invalid_argument("S: must be >= 1 (S = physical radius / scaled radius), got " +
-                                format(request.S));
+    reject("S", "must be >= 1 (S = physical radius / scaled radius)", request.S);
   if (request.scheme != Scheme::froude && request.time_factor != 0.0)
     throw std::invalid_argument("time factor: only scheme froude takes one, got " +
                                 format(request.time_factor));

@@ -5,10 +5,12 @@
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace millscale {
 
-/// A complete finite number in `text`, or an error naming `what`. Unlike atof, "4o" is not 4.
+/// Return the finite number in `text`, all of it: unlike atof, "4o" is not 4. The error names
+/// `what`.
 inline double number(const std::string& text, const std::string& what)
 {
   char* end = nullptr;
@@ -52,12 +54,19 @@ class ArgumentList {
   {
     return {number(what + " x"), number(what + " y"), number(what + " z")};
   }
-  bool choice(const std::string& what, const std::string& yes, const std::string& no)
+  std::string one_of(const std::string& what, const std::vector<std::string>& words)
   {
     const std::string got = word(what);
-    if (got != yes && got != no)
-      throw std::invalid_argument(what + ": got '" + got + "', accepted are " + yes + ", " + no);
-    return got == yes;
+    std::string accepted;
+    for (const std::string& each : words) {
+      if (got == each) return got;
+      accepted += (accepted.empty() ? "" : ", ") + each;
+    }
+    throw std::invalid_argument(what + ": got '" + got + "', accepted are " + accepted);
+  }
+  bool choice(const std::string& what, const std::string& yes, const std::string& no)
+  {
+    return one_of(what, {yes, no}) == yes;
   }
 
  private:

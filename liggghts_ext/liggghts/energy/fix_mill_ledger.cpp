@@ -13,8 +13,9 @@
 #include "pair_gran.h"
 #include "update.h"
 
-#include "liggghts/common/argument_list.h"
+#include "core/math/constants.h"
 #include "liggghts/common/first_fix.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
 
 using namespace LAMMPS_NS;
@@ -25,8 +26,7 @@ using millscale::Vector;
 
 namespace {
 
-constexpr double layout = 1.0;   // of restart files
-constexpr double inertia = 0.4;  // of a sphere, over m r^2
+constexpr double layout = 1.0;  // of restart files
 
 }  // namespace
 
@@ -60,21 +60,12 @@ FixMillLedger::FixMillLedger(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg,
 
 void FixMillLedger::parse(int narg, char** arg)
 {
-  millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "impacts")
-      file_ = list.word(key);
-    else if (key == "from")
-      window_.from = list.number(key);
-    else if (key == "to")
-      window_.to = list.number(key);
-    else
-      throw std::invalid_argument("unknown keyword '" + key +
-                                  "'; accepted are mill, impacts, from, to");
-  }
+  millscale::Keywords()
+      .word("mill", mill_id_)
+      .word("impacts", file_)
+      .number("from", window_.from)
+      .number("to", window_.to)
+      .parse({narg, arg, 3});
   if (!file_.empty() && !(window_.from >= 0.0 && window_.to > window_.from))
     throw std::invalid_argument("impacts: mill angles 0 <= from < to are needed [rad], got from " +
                                 millscale::format(window_.from) + " to " +
@@ -137,7 +128,8 @@ energy::Works FixMillLedger::powers(double shift) const
   energy::Works sum;
   for (int i = 0; i < atom->nlocal; ++i) {
     const double by_mass = shift / atom->rmass[i];
-    const double by_inertia = by_mass / (inertia * atom->radius[i] * atom->radius[i]);
+    const double by_inertia =
+        by_mass / (millscale::sphere_inertia * atom->radius[i] * atom->radius[i]);
     Vector v, spin;
     for (int d = 0; d < 3; ++d) {
       v[d] = atom->v[i][d] + by_mass * atom->f[i][d];
@@ -194,7 +186,8 @@ FixMillLedger::Energies FixMillLedger::energies() const
     const double *v = atom->v[i], *w = atom->omega[i], mass = atom->rmass[i];
     const double rr = atom->radius[i] * atom->radius[i];
     e.translation += 0.5 * mass * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    e.rotation += 0.5 * inertia * mass * rr * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    e.rotation +=
+        0.5 * millscale::sphere_inertia * mass * rr * (w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
     const Vector x{atom->x[i][0], atom->x[i][1], atom->x[i][2]};
     e.potential -= mass * mill_fix_->gravity() * millscale::dot(x, mill_fix_->down());
   }

@@ -11,6 +11,7 @@
 #include "modify.h"
 #include "update.h"
 
+#include "core/math/constants.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/liner_arguments.h"
@@ -24,7 +25,6 @@ using millscale::Vector;
 namespace {
 
 constexpr int published_size = 16;
-constexpr double inertia = 0.4;  // of a sphere, over m r^2
 
 void merge_numbers(void* from, void* into, int* count, MPI_Datatype* type)
 {
@@ -152,9 +152,9 @@ double ComputeMillCharge::angular_momentum(int i) const
   const double *v = atom->v[i], *spin = atom->omega[i];
   const Vector of_path = millscale::cross(arm(i), {v[0], v[1], v[2]});
   const Vector& axis = mill_fix_->axis();
-  return atom->rmass[i] *
-         (millscale::dot(axis, of_path) + inertia * atom->radius[i] * atom->radius[i] *
-                                              millscale::dot(axis, {spin[0], spin[1], spin[2]}));
+  return atom->rmass[i] * (millscale::dot(axis, of_path) +
+                           millscale::sphere_inertia * atom->radius[i] * atom->radius[i] *
+                               millscale::dot(axis, {spin[0], spin[1], spin[2]}));
 }
 
 void ComputeMillCharge::read_balls()

@@ -9,7 +9,8 @@
 #include "modify.h"
 #include "update.h"
 
-#include "liggghts/common/argument_list.h"
+#include "core/math/format.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
 
@@ -53,18 +54,11 @@ FixMillDrive::FixMillDrive(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, a
 
 void FixMillDrive::parse(int narg, char** arg)
 {
-  millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "wall")
-      wall_id_ = list.word(key);
-    else if (key == "every")
-      every_ = list.count(key);
-    else
-      throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, wall, every");
-  }
+  millscale::Keywords()
+      .word("mill", mill_id_)
+      .word("wall", wall_id_)
+      .count("every", every_)
+      .parse({narg, arg, 3});
   if (every_ < 1)
     throw std::invalid_argument(
         "every: the number of steps between two rows of the series is needed, >= 1");

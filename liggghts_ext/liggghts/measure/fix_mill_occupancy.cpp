@@ -11,7 +11,7 @@
 #include "error.h"
 #include "modify.h"
 
-#include "liggghts/common/argument_list.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
 
 using namespace LAMMPS_NS;
@@ -39,27 +39,15 @@ FixMillOccupancy::FixMillOccupancy(LAMMPS* lmp, int narg, char** arg) : Fix(lmp,
 
 void FixMillOccupancy::parse(int narg, char** arg)
 {
-  millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "every")
-      nevery = list.count(key);
-    else if (key == "from")
-      from_ = list.number(key);
-    else if (key == "to")
-      to_ = list.number(key);
-    else if (key == "rings")
-      rings_ = list.count(key);
-    else if (key == "sectors")
-      sectors_ = list.count(key);
-    else if (key == "file")
-      file_ = list.word(key);
-    else
-      throw std::invalid_argument("unknown keyword '" + key +
-                                  "'; accepted are mill, every, from, to, rings, sectors, file");
-  }
+  millscale::Keywords()
+      .word("mill", mill_id_)
+      .count("every", nevery)
+      .number("from", from_)
+      .number("to", to_)
+      .count("rings", rings_)
+      .count("sectors", sectors_)
+      .word("file", file_)
+      .parse({narg, arg, 3});
   if (file_.empty()) throw std::invalid_argument("file: the name of the file to write is needed");
   if (nevery < 1) throw std::invalid_argument("every: expected a number of steps >= 1");
   if (!(from_ >= 0.0 && to_ > from_))

@@ -13,12 +13,14 @@
 #include "modify.h"
 #include "tri_mesh.h"
 
+#include "core/math/constants.h"
 #include "core/mesh/curvature_range.h"
 #include "core/mesh/triangle.h"
 #include "core/mesh/wall_around.h"
 #include "liggghts/mill/fix_mill_similarity.h"
 
 using namespace LAMMPS_NS;
+using millscale::degree;
 using millscale::Vector;
 namespace mesh = millscale::mesh;
 
@@ -29,8 +31,6 @@ namespace {
 constexpr double tolerance = 0.05;
 // What a mesh of CAD that is not regular, or has a door, has; a wrong origin is mostly more.
 constexpr double usual_wobble = 1e-3;
-
-constexpr double degree = 3.14159265358979323846 / 180.0;
 
 double FixMeshSurface::*curvature_member();
 

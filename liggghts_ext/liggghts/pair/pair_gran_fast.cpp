@@ -21,10 +21,10 @@
 
 #include "core/math/format.h"
 #include "core/neighbor/list_check.h"
-#include "liggghts/common/argument_list.h"
 #include "liggghts/common/contact_laws.h"
 #include "liggghts/common/end_run.h"
 #include "liggghts/common/first_fix.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/pair/fix_adaptive_skin.h"
 #include "liggghts/pair/fix_contact_damping.h"
@@ -112,29 +112,25 @@ PairGranFast::PairGranFast(LAMMPS* engine, PairGran* pair, int64_t hash)
 void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup* history)
 {
   try {
-    millscale::ArgumentList list(narg, arg, 0);
-    while (!list.done()) {
-      const std::string key = list.word("a keyword");
-      if (key == "tangential_damping")
-        read_damping(list.word("on, off or bounded"));
-      else if (key == "memory")
-        reset_on_separation_ = list.choice(key, "of_contact", "stock");
-      else if (key == "precision")
-        mixed_ = list.choice(key, "mixed", "double");
-      else if (key == "check")
-        check_every_ = list.count(key);
-      else if (key == "kernel") {
-        const std::string level = std::to_string(list.count(key));
-        kernel_ = kernels::find_implementation("x86-64-v" + level);
-        if (!kernel_)
-          throw std::invalid_argument("kernel: got " + level + ", this machine supports " +
-                                      supported_kernels());
-      } else
-        throw std::invalid_argument(
-            "unknown keyword '" + key +
-            "'; accepted are tangential_damping, memory, precision, check, kernel; for other "
-            "options leave out `surface fast`");
-    }
+    millscale::Keywords("for other options leave out `surface fast`")
+        .add("tangential_damping",
+             [this](millscale::ArgumentList& list) {
+               const std::string word = list.one_of("tangential_damping", {"on", "off", "bounded"});
+               terms_.tangential_damping = word != "off";
+               terms_.limited_damping = word == "bounded";
+             })
+        .choice("memory", "of_contact", "stock", reset_on_separation_)
+        .choice("precision", "mixed", "double", mixed_)
+        .count("check", check_every_)
+        .add("kernel",
+             [this](millscale::ArgumentList& list) {
+               const std::string level = std::to_string(list.count("kernel"));
+               kernel_ = kernels::find_implementation("x86-64-v" + level);
+               if (!kernel_)
+                 throw std::invalid_argument("kernel: got " + level + ", this machine supports " +
+                                             supported_kernels());
+             })
+        .parse({narg, arg, 0});
     mixed_ = mixed_ && kernel_->evaluate_mixed;  // x86-64-v2 has double precision only
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
@@ -143,15 +139,6 @@ void PairGranFast::settings(int narg, char** arg, LIGGGHTS::IContactHistorySetup
   history->add_history_value("shearx", "1");
   history->add_history_value("sheary", "1");
   history->add_history_value("shearz", "1");
-}
-
-void PairGranFast::read_damping(const std::string& word)
-{
-  if (word != "on" && word != "off" && word != "bounded")
-    throw std::invalid_argument("tangential_damping: got '" + word +
-                                "', accepted are on, off, bounded");
-  terms_.tangential_damping = word != "off";
-  terms_.limited_damping = word == "bounded";
 }
 
 void PairGranFast::init_granular()

@@ -35,7 +35,6 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
  private:
   void require_covered();
   void refuse_friction_of_balls();
-  void read_damping(const std::string&);
   template <class Style>
   Style* own_fix(const char* id);
   bool by_position_only() const;

@@ -19,6 +19,7 @@
 #include "update.h"
 
 #include "core/contact/time_step.h"
+#include "core/math/constants.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/common/end_run.h"
 #include "liggghts/common/first_fix.h"
@@ -261,8 +262,8 @@ charge::Circumstances FixMillGuard::circumstances_of(int i) const
   const auto modulus = property("youngsModulus"), ratio = property("poissonsRatio");
   if (!modulus || !ratio) return found;
   const double radius = atom->radius[i];
-  const double volume = 4.0 / 3.0 * contact::pi * radius * radius * radius;
-  const contact::Material material{*modulus, *ratio, atom->rmass[i] / volume};
+  const contact::Material material{*modulus, *ratio,
+                                   atom->rmass[i] / millscale::ball_volume(radius)};
   found.step = update->dt / contact::rayleigh_time(material, radius);
   found.bed_overlap =
       contact::bed_overlap(material, mill_fix_->gravity(), mill_fix_->scaled().mill.radius);

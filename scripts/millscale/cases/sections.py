@@ -29,7 +29,7 @@ from millscale.runs.case_file import (
 # The start of a single ball, above the liner, in ball radii: it must not overlap the mesh.
 START_GAP = 1e-3
 # Neighbour skin in ball radii, by contacts: the optima measured at 20 mm balls. Our own list takes
-# from it only what a ball's speed asks for (`pairs/margins.h`).
+# from it only what a ball's speed asks for (`core/neighbor/adaptive_skin.h`).
 SKIN = {"stock": 0.75, "fast": 1.0}
 # A single ball has no others to list, and a long skin saves rebuilding the list of wall triangles.
 SINGLE_BALL_SKIN = 10.0

@@ -56,7 +56,7 @@ TEST(TimeStep, RayleighTimeIsTheTravelTimeOfARayleighWave)
   // %.
   const Material m{1e9, 0.25, 2500.0};
   const double speed = std::sqrt(2.0 - 2.0 / std::sqrt(3.0)) * std::sqrt(shear_modulus(m) / 2500.0);
-  EXPECT_NEAR(rayleigh_time(m, 0.02) * speed / (pi * 0.02), 1.0, 0.01);
+  EXPECT_NEAR(rayleigh_time(m, 0.02) * speed / (millscale::pi * 0.02), 1.0, 0.01);
 }
 
 TEST(TimeStep, DampedModeIsStableUpToItsLimitAndNotBeyond)
