@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from millscale.analysis.result_file import ChargeResult, SingleBallResult
+from millscale.campaign.keys import POLICIES
 from millscale.runs.case_file import Case
 from millscale.runs.case_folder import RESULT, SERIES, TIMING, FinishedCase, read_json, run_line
 from millscale.runs.series import Series, read_series
@@ -47,7 +48,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class Settled:
-    """The bed at rest and the cost of settling, by settled.json; None where it does not say."""
+    """The bed at rest and the cost of settling, by settled.json; None where it lacks a number."""
 
     largest_overlap_over_radius: float | None = None
     bulk_fraction: float | None = None
@@ -88,6 +89,12 @@ class Finished:
     @property
     def is_physical(self) -> bool:
         return self.case.is_physical
+
+    @property
+    def place(self) -> tuple:
+        """Return its place in tables: by scheme, policy and S."""
+        known = POLICIES.index(self.policy) if self.policy in POLICIES else len(POLICIES)
+        return self.scheme, known, self.policy, self.S, self.id
 
     @cached_property
     def timing(self) -> Timing:

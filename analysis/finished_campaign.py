@@ -14,7 +14,6 @@ from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball.comparison import (
     Regression,
     SingleBallRow,
-    place,
     regressions,
     single_ball_rows,
 )
@@ -147,7 +146,9 @@ def load_campaign(runs: Path) -> Campaign:
     for cases in (single, charges):
         damaged = {case: why for case in cases if (why := damage(case))}
         missing |= {case.id: why for case, why in damaged.items()}
-        cases[:] = sorted((case for case in cases if case not in damaged), key=place)
+        cases[:] = sorted(
+            (case for case in cases if case not in damaged), key=lambda case: case.place
+        )
     return Campaign(runs, about, single, charges, missing)
 
 

@@ -19,7 +19,7 @@ from millscale.analysis.shapes.curtain import curtain_overlaps
 from millscale.analysis.shapes.mass_flow import FRAMES, compare_flow, flow_of
 from millscale.formats import number
 
-# Of an error: a number, by curtain a mapping, None where a run lacks what is compared.
+# Value of an error: a number, by curtain a mapping; None where a run lacks what is compared.
 Value = float | Mapping[str, Any] | None
 
 
@@ -53,7 +53,7 @@ class Column:
         """Return a number as it is shown; a dash for None.
 
         Args:
-            signed: in place of the column's own, such as for a scatter.
+            signed: replaces that of the column, such as for a scatter.
         """
         if value is None:
             return number(None)
@@ -70,7 +70,7 @@ class ErrorColumn(Column):
         same: its value for two equal charges: 0 for distances, 1 for overlaps and correlations.
         study: its name in parameter studies; empty where they do not compare settings by it.
         about: what it is, in words.
-        by_curtain: a mapping by curtain, shown in a table of its own.
+        by_curtain: its value is a mapping by curtain, shown in a separate table.
     """
 
     same: float = 0.0

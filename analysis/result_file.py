@@ -27,7 +27,7 @@ class Thrown:
 
     @property
     def mill_angle_end_rad(self) -> float:
-        """Mill angle of the last sample in flight [rad]."""
+        """Return the mill angle of the last sample in flight [rad]."""
         return self.mill_angle_rad + self.flight_length_rad
 
 
@@ -67,7 +67,7 @@ class PaperAngles:
 
 @dataclass(frozen=True)
 class SingleBallResult:
-    """result.json of a single-ball case. Without a throw, `problem` says why."""
+    """result.json of a single-ball case; `problem`: why there is no throw."""
 
     problem: str | None
     cycles: int
@@ -101,7 +101,7 @@ class TorqueBalance:
 
 @dataclass(frozen=True)
 class Steadiness:
-    """Whether a charge is steady in the window of its means, and the numbers that say so."""
+    """Whether a charge is steady in the window of its means, with the numbers that decide it."""
 
     is_steady: bool
     reasons: tuple[str, ...]

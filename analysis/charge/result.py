@@ -63,7 +63,7 @@ def charge_result(case: Case, series: Series) -> ChargeResult:
 
     Torque and power are those of the drive, positive when the charge is lifted: the work done in
     the window over mill angle and time. `torque_balance` sets them against the charge's weight and
-    angular momentum, `steady` says whether the charge has come to a steady state.
+    angular momentum. `steady`: whether the charge is in a steady state.
     """
     angle, time = series["mill_angle_rad"], series["time_s"]
     scales = charge_scales(case, series)
@@ -132,7 +132,7 @@ def _standard_errors(
 
 
 def _steady(series: Series, window: Window, momentum_share: float | None) -> Steadiness:
-    """Return whether the charge is steady in the window, and the numbers that say so.
+    """Return whether the charge is steady in the window, with the numbers that decide it.
 
     Args:
         momentum_share: torque that changes the angular momentum over that against the weight.

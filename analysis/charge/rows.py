@@ -108,7 +108,7 @@ class ChargeRow:
         }
 
     def _of_shape(self) -> dict[str, Any]:
-        """Return what the last shape says by itself: distance of the two methods' surfaces, the
+        """Return the numbers of the last shape: distance of the surfaces by two methods,
         curtains."""
         if self.shape is None:
             return {"bulk_fraction": None, "contour_second_method": None, "curtains": None}

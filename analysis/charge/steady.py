@@ -1,4 +1,4 @@
-"""From where on a charge is steady: the window of its means, chosen from its series.
+"""Window of the means of a charge: the steady part of its rotation, chosen from its series.
 
 The lifters make every quantity of a charge periodic in the lifter pitch, 2 pi / n of mill rotation.
 So a window holds whole pitches, which begin at the same phase in every mill of n lifters.
@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Of a plain drum, which has no pitch [rad]: near the pitch of the paper's 25 lifters.
+# Stands for the pitch of a plain drum [rad]: near that of the paper's 25 lifters.
 DRUM_PITCH = 0.25
 # Fewer pitches do not show whether a charge is steady.
 FEWEST_PITCHES = 8
-# The most of the pitches that may be left out: of what is left, the scatter must mean something.
+# Largest share of the pitches that may be left out: the rest must be enough for a scatter.
 MOST_CUT = 2.0 / 3.0
-# Drift of the centre of mass over the window, and change of the angular momentum, over the torque:
-# as much as two seeds differ by.
+# Largest drift of the centre of mass over the window, and largest share of the torque that changes
+# the angular momentum: about the difference between two seeds.
 MOST_DRIFT = 0.01
 
 
@@ -41,15 +41,17 @@ class Window:
         return len(self.edges) - 1
 
     def mean(self, mill_angle: np.ndarray, values: np.ndarray) -> float:
-        """Mean over mill angle of a quantity sampled at (n,) angles [rad], by trapezoids."""
+        """Return the mean over mill angle of a quantity sampled at (n,) angles [rad], by
+        trapezoids."""
         return float(_means(mill_angle, values, np.array([self.begin, self.end]))[0])
 
     def pitch_means(self, mill_angle: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """(pitches,) float: the mean over each pitch."""
+        """Return the mean over each pitch, (pitches,) float."""
         return _means(mill_angle, values, self.edges)
 
     def change(self, mill_angle: np.ndarray, total: np.ndarray) -> float:
-        """Change of a quantity over the window, its values interpolated at begin and end."""
+        """Return the change of a quantity over the window, its values interpolated at begin and
+        end."""
         begin, end = np.interp([self.begin, self.end], mill_angle, total)
         return float(end - begin)
 
@@ -60,7 +62,7 @@ class Trend:
 
     Attributes:
         change: over the whole window, in the unit of the values.
-        error: its standard error, lengthened for pitches that depend on the one before.
+        error: its standard error, increased for pitches that correlate with the one before.
     """
 
     change: float
@@ -68,25 +70,25 @@ class Trend:
 
 
 def lifter_pitch(lifters: int) -> float:
-    """Mill rotation after which the liner looks the same [rad]."""
+    """Return the mill rotation after which the liner looks the same [rad]."""
     return 2.0 * math.pi / lifters if lifters else DRUM_PITCH
 
 
 def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: float) -> Window:
-    """The window of a charge: as many whole pitches at its end as give the steadiest means.
+    """Return the window of a charge: the whole pitches at its end that give the steadiest means.
 
-    Of each quantity the start is cut off that makes the squared standard error of the mean of what
-    is left, sum (y - mean)^2 / n^2 over n pitches, least (marginal standard error rule, White,
-    Simulation 69 (1997) 323, doi 10.1177/003754979706900601); at most `MOST_CUT`, and so much that
-    `FEWEST_PITCHES` stay. The latest begin counts. A rotation of fewer pitches gives its second
-    half.
+    For each quantity, the number of pitches left out at the start minimises the squared standard
+    error of the mean over the rest, sum (y - mean)^2 / n^2 over n pitches (marginal standard error
+    rule, White, Simulation 69 (1997) 323, doi 10.1177/003754979706900601). At most `MOST_CUT` of
+    the pitches are left out, and at least `FEWEST_PITCHES` are kept. The window begins at the
+    latest of these starts. For a rotation of fewer pitches it is the second half.
 
     Args:
         mill_angle: (n,) float, increasing [rad].
         quantities: (n,) float each.
         pitch: [rad].
     """
-    # A hair, since the last sample of a rotation of whole pitches may fall short by rounding.
+    # 1e-9: the last sample of a rotation of whole pitches may fall short by rounding.
     first = math.ceil(mill_angle[0] / pitch - 1e-9)
     last = math.floor(mill_angle[-1] / pitch + 1e-9)
     edges = pitch * np.arange(first, last + 1)
@@ -98,27 +100,31 @@ def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: f
 
 
 def trend(values: np.ndarray) -> Trend:
-    """Least-squares line through (n,) values at equal distances, n of 3 or more.
+    """Return the least-squares line through (n,) values at equal distances, n of 3 or more.
 
-    With a correlation r of neighbouring residuals the error grows by sqrt((1 + r) / (1 - r)).
+    A correlation r of neighbouring residuals increases the error by sqrt((1 + r) / (1 - r)).
     """
     n = len(values)
     at = np.arange(n) - 0.5 * (n - 1)
     slope = float(at @ values / (at @ at))
     left = values - values.mean() - slope * at
     variance = float(left @ left) / (n - 2) if n > 2 else math.nan
-    error = math.sqrt(variance / float(at @ at)) * _lengthened(left)
+    error = math.sqrt(variance / float(at @ at)) * _correlation_factor(left)
     return Trend(n * slope, n * error)
 
 
 def standard_error(values: np.ndarray) -> float:
-    """Of the mean of (n,) values in a row that depend on each other, as in `trend`."""
+    """Return the standard error of the mean of (n,) values in a row, correlated as in `trend`."""
     left = values - values.mean()
     n = len(values)
-    return math.sqrt(float(left @ left) / (n * (n - 1))) * _lengthened(left) if n > 1 else math.nan
+    return (
+        math.sqrt(float(left @ left) / (n * (n - 1))) * _correlation_factor(left)
+        if n > 1
+        else math.nan
+    )
 
 
-def _lengthened(left: np.ndarray) -> float:
+def _correlation_factor(left: np.ndarray) -> float:
     square = float(left @ left)
     correlation = float(left[1:] @ left[:-1]) / square if square > 0.0 else 0.0
     correlation = min(max(correlation, 0.0), 0.9)
@@ -126,19 +132,19 @@ def _lengthened(left: np.ndarray) -> float:
 
 
 def _most_cut(pitches: int) -> int:
-    """How many of the pitches may be left out at the start."""
+    """Return the largest number of pitches that may be left out at the start."""
     return min(int(MOST_CUT * pitches), pitches - FEWEST_PITCHES)
 
 
 def _least_error_cut(means: np.ndarray) -> int:
-    """How many pitches to leave out at the start."""
+    """Return the number of pitches to leave out at the start."""
     n = len(means)
     errors = [np.var(means[cut:]) / (n - cut) for cut in range(_most_cut(n) + 1)]
     return int(np.argmin(errors))
 
 
 def _means(mill_angle: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """(len(edges) - 1,) float: means over mill angle between the edges."""
+    """Return the means over mill angle between the edges, (len(edges) - 1,) float."""
     steps = 0.5 * (values[1:] + values[:-1]) * np.diff(mill_angle)
     integral = np.concatenate([[0.0], np.cumsum(steps)])
     return np.diff(_integral_at(edges, mill_angle, values, integral)) / np.diff(edges)
@@ -147,7 +153,7 @@ def _means(mill_angle: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.
 def _integral_at(
     edges: np.ndarray, mill_angle: np.ndarray, values: np.ndarray, integral: np.ndarray
 ) -> np.ndarray:
-    """The integral up to each edge, of the line through the samples beside it."""
+    """Return the integral up to each edge, with straight lines between the samples."""
     left = np.clip(np.searchsorted(mill_angle, edges, side="right") - 1, 0, len(mill_angle) - 2)
     way = edges - mill_angle[left]
     slope = (values[left + 1] - values[left]) / (mill_angle[left + 1] - mill_angle[left])

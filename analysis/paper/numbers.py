@@ -42,16 +42,16 @@ class ReportedThrow:
 
     @property
     def window(self) -> float:
-        """Mill rotation between the two angles [rad]."""
+        """Return the mill rotation between the two angles [rad]."""
         return self.end - self.begin
 
 
 @cache
 def table(name: str) -> tuple[dict[str, float | str], ...]:
-    """Rows of a table by column name; numbers as float.
+    """Return the rows of a table by column name; numbers as float.
 
     Args:
-        name: file name in paper_tables without its ending.
+        name: file name in tables/ without its ending.
     """
     lines = (TABLES / f"{name}.csv").read_text(encoding="utf-8").splitlines()
     rows = csv.DictReader(line for line in lines if not line.startswith("#"))
@@ -76,12 +76,12 @@ def is_papers_mill(case: Case) -> bool:
 
 
 def scheme_row(rows: tuple[dict, ...], S: float) -> dict | None:
-    """The row of a table with a column S that belongs to S, None if there is none."""
+    """Return the row of a table with a column S that belongs to S; None if there is none."""
     return next((row for row in rows if abs(row["S"] - S) <= SAME_S), None)
 
 
 def reported_energies(scheme: str) -> tuple[ReportedEnergy, ...]:
-    """Table 8 or 9; empty for a scheme that is not the paper's."""
+    """Return Table 8 or 9; empty for a scheme that is not the paper's."""
     if scheme not in _ENERGY_TABLES:
         return ()
     ratio_of = {row["model"]: row["S"] for row in table("table4_geometry")}
@@ -95,12 +95,12 @@ def reported_energies(scheme: str) -> tuple[ReportedEnergy, ...]:
 
 
 def reported_energy(scheme: str, S: float) -> ReportedEnergy | None:
-    """The row of Table 8 or 9 that belongs to S, None if there is none."""
+    """Return the row of Table 8 or 9 that belongs to S; None if there is none."""
     return next((row for row in reported_energies(scheme) if abs(row.S - S) <= SAME_S), None)
 
 
 def reported_throw(scheme: str) -> ReportedThrow | None:
-    """What section 4.1 says of a scheme; None if it is not the paper's."""
+    """Return the numbers of section 4.1 for a scheme; None if it is not the paper's."""
     for row in table("section_4_1_single_ball"):
         if row["scheme"] == scheme:
             return ReportedThrow(
@@ -110,17 +110,17 @@ def reported_throw(scheme: str) -> ReportedThrow | None:
 
 
 def reported_charge(S: float) -> dict | None:
-    """The row of Table 10 that belongs to S (total_mass_kg, particles, elapsed_h), None if there is
-    none."""
-    model = scheme_row(table("table4_geometry"), S)
-    if model is None:
+    """Return the row of Table 10 that belongs to S (total_mass_kg, particles, elapsed_h); None if
+    there is none."""
+    mill = scheme_row(table("table4_geometry"), S)
+    if mill is None:
         return None
-    return next(row for row in table("table10_wall_time") if row["model"] == model["model"])
+    return next(row for row in table("table10_wall_time") if row["model"] == mill["model"])
 
 
 def longest_window() -> float:
-    """Mill rotation over which energy changes are taken if all flights last that long: that of
-    Table 8 [rad]."""
+    """Return the mill rotation over which energy changes are taken if all flights last that long:
+    that of Table 8 [rad]."""
     return reported_throw("constant-gravity").window
 
 

@@ -32,7 +32,7 @@ class Image:
 
     @property
     def data(self) -> str:
-        """The file as a data URL, so that the page needs no other file."""
+        """Return the file as a data URL, so that the page needs no other file."""
         return "data:image/png;base64," + base64.b64encode(self.path.read_bytes()).decode()
 
 
@@ -47,7 +47,7 @@ class PolicyFigures:
 
 @dataclass(frozen=True)
 class ChargeFigures:
-    """Figures of one multi-ball case; `problem` says why there are no pictures."""
+    """Figures of one multi-ball case; `problem`: why there are no pictures."""
 
     id: str
     pictures: list[Image]
@@ -77,7 +77,7 @@ def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
                     f"{words(scheme)}, {unit}",
                 )
             )
-    return [drawn[policy] for policy in comparison.POLICIES if policy in drawn]
+    return list(drawn.values())
 
 
 def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:

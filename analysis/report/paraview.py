@@ -32,7 +32,7 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
     Raises:
         RunFolderError: no dumps, no series, no liner, one of them damaged, or of another case.json.
     """
-    # Here, so that a case without dumps is told of without the drawing library.
+    # Imported here: a case without dumps is refused without the drawing library.
     from millscale.report.pictures import save_balls, save_liner
 
     if (folder / PROVENANCE_FILE).exists():
@@ -58,7 +58,7 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
 
 
 def _time_at(steps: np.ndarray, series: dict[str, np.ndarray]) -> np.ndarray:
-    """Simulated time [s] at steps, (n,) float."""
+    """Return the simulated time [s] at steps, (n,) float."""
     step, time = series["step"], series["time_s"]
     slope = (time[-1] - time[0]) / (step[-1] - step[0])
     return time[0] + slope * (steps - step[0])

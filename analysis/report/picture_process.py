@@ -1,4 +1,4 @@
-"""Draw the pictures of a case in a process of its own.
+"""Draw the pictures of a case in a separate process.
 
 Without a graphics library the drawing toolkit does not raise an error, it crashes.
 """
@@ -20,8 +20,7 @@ TIME_LIMIT_S = 600
 def draw_pictures(folder: Path, mill_angles: Sequence[float], to: Path) -> list[tuple[Path, float]]:
     """Draw a case near mill angles [rad]; returns each picture with its mill angle.
 
-    In a process of its own: without a graphics library the drawing toolkit does not raise, it
-    crashes.
+    Drawing is in a separate process, since without a graphics library the toolkit crashes.
 
     Args:
         to: folder of the pictures, <case>-<angle in mrad>.png.
@@ -47,8 +46,8 @@ def draw_pictures(folder: Path, mill_angles: Sequence[float], to: Path) -> list[
     except subprocess.TimeoutExpired:
         raise RunFolderError(folder, f"drawing took over {TIME_LIMIT_S} s", _INSTALL) from None
     if done.returncode != 0 or not all(path.exists() for path, _ in pictures):
-        said = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        cause = f"drawing failed (exit code {done.returncode}): {said}"
+        message = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        cause = f"drawing failed (exit code {done.returncode}): {message}"
         raise RunFolderError(folder, cause, _INSTALL)
     return [(path, s.mill_angle) for path, s in pictures]
 

@@ -20,12 +20,13 @@ from millscale.runs.untrusted import check_regular
 
 RISING, FALLING = "#c8322b", "#2458b3"  # colours by the starting side, x < 0 and x >= 0
 WALL = "#9aa3ad"
-WALL_THICKNESS = 0.03  # of the mill radius, for looks
+WALL_THICKNESS = 0.03  # drawn, over the mill radius
 PIXELS = 720
 
 
 def liner_section(stl: Path) -> np.ndarray:
-    """Closed cross-section of a liner mesh at rest, (n, 2) float [x, z] in m, by polar angle.
+    """Return the closed cross-section of a liner mesh at rest, (n, 2) float [x, z] in m, by polar
+    angle.
 
     Raises:
         RunFolderError: the file is missing or holds no mesh around the axis.
@@ -41,7 +42,7 @@ def liner_section(stl: Path) -> np.ndarray:
 
 
 def draw_charge(dump: Dump, first: Dump, section: np.ndarray, mill_angle: float) -> pv.Plotter:
-    """A view along the mill axis: x to the right, z up, the mill turning clockwise.
+    """Return a view along the mill axis: x to the right, z up, the mill turning clockwise.
 
     Args:
         dump: balls to draw.
@@ -77,7 +78,7 @@ def save(plotter: pv.Plotter, path: Path) -> None:
 def save_balls(dump: Dump, rising: np.ndarray, path: Path) -> None:
     """Write the balls of a dump as points for ParaView (VTK PolyData).
 
-    Point data: every column of the dump but the places, `velocity` (n, 3), and `rising`, 1 for
+    Point data: every column of the dump but the positions, `velocity` (n, 3), and `rising`, 1 for
     balls that started on the rising side.
 
     Args:
@@ -113,7 +114,7 @@ def _save_whole(mesh: pv.PolyData, path: Path) -> None:
 
 
 def _add_balls(plotter: pv.Plotter, centres: np.ndarray, radii: np.ndarray, colour: str) -> None:
-    """Balls as shaded impostors of their true radii: one point each, not hundreds of triangles."""
+    """Add balls as shaded points of their true radii: one point each, not hundreds of triangles."""
     cloud = pv.PolyData(centres)
     cloud["radius"] = radii
     actor = plotter.add_mesh(
@@ -129,7 +130,7 @@ def _add_balls(plotter: pv.Plotter, centres: np.ndarray, radii: np.ndarray, colo
 
 
 def _add_wall(plotter: pv.Plotter, section: np.ndarray, radius: float, y: float) -> None:
-    """The wall as a band from the section outward: edge on, its panels would not be seen."""
+    """Add the wall as a band from the section outward: its panels are not visible edge on."""
     outer = section * ((1.0 + WALL_THICKNESS) * radius / np.hypot(*section.T))[:, None]
     count = len(section)
     points = np.insert(np.vstack([section, outer]), 1, y, axis=1)
@@ -140,7 +141,7 @@ def _add_wall(plotter: pv.Plotter, section: np.ndarray, radius: float, y: float)
 
 
 def _loop(segments: np.ndarray) -> list[int]:
-    """Order the ends of the segments (m, 2) of one closed line."""
+    """Return the order of the ends of the segments (m, 2) of one closed line."""
     neighbours: dict[int, list[int]] = {}
     for a, b in segments.tolist():
         neighbours.setdefault(a, []).append(b)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from millscale.analysis.finished_campaign import Campaign
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball.comparison import (
-    POLICIES,
     Regression,
     SingleBallRow,
     by_policy,
@@ -80,9 +79,9 @@ def mill_lines(campaign: Campaign) -> list[MillLine]:
     if not campaign.of_paper:
         operation, liners = {}, ()
     seen = {}
-    for case in campaign.cases:
+    for case in sorted(campaign.cases, key=lambda case: case.place):
         seen.setdefault(
-            (case.scheme, POLICIES.index(case.policy), case.S),
+            (case.scheme, case.policy, case.S),
             MillLine(
                 case.scheme,
                 case.policy,
@@ -92,7 +91,7 @@ def mill_lines(campaign: Campaign) -> list[MillLine]:
                 paper.scheme_row(operation.get(case.scheme, ()), case.S),
             ),
         )
-    return [seen[key] for key in sorted(seen)]
+    return list(seen.values())
 
 
 def angle_tables(campaign: Campaign) -> list[AngleTable]:

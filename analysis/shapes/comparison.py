@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-SPACING = 5e-4  # of the points that stand for a line: a distance is at most half of it too large
+SPACING = 5e-4  # between the points that replace a line; a distance is too large by half at most
 
 
 def curve_distances(
     first: Sequence[np.ndarray], second: Sequence[np.ndarray]
 ) -> tuple[float, float]:
-    """Symmetric mean and largest distance of two curves of one or more lines.
+    """Return the symmetric mean and largest distance of two curves of one or more lines.
 
     Mean: of the distance to the other curve along each curve, averaged over both. Largest:
     the Hausdorff distance, the farthest that a point of either lies from the other.
@@ -31,7 +31,7 @@ def curve_distances(
 
 
 def points_along(curve: Sequence[np.ndarray], spacing: float = SPACING) -> np.ndarray:
-    """Points (n, 2) evenly along the lines of a curve."""
+    """Return points (n, 2) evenly along the lines of a curve."""
     if not len(curve):
         raise ValueError("a curve without a line has no distance to another")
     points = []
@@ -43,7 +43,7 @@ def points_along(curve: Sequence[np.ndarray], spacing: float = SPACING) -> np.nd
 
 
 def overlap(first: np.ndarray, second: np.ndarray, where: np.ndarray | bool = True) -> float | None:
-    """Intersection over union of two regions on one grid; None if both are empty.
+    """Return the intersection over union of two regions on one grid; None if both are empty.
 
     Args:
         first, second: (n, n) bool.

@@ -10,7 +10,7 @@ from scipy.ndimage import label
 
 from millscale.analysis.shapes.solid_fraction import Grid, solid_fraction, value_at
 
-LEAST_COVER = 0.5  # share of the kernel inside the liner below which a node says nothing
+LEAST_COVER = 0.5  # share of the kernel inside the liner; nodes with less are not used
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,22 @@ class Contour:
 def surface_contour(
     centres: np.ndarray, areas: np.ndarray, outline: np.ndarray, grid: Grid
 ) -> Contour:
-    """The free surface of the bed by the solid fraction.
+    """Return the free surface of the bed by the solid fraction.
 
     The fraction (`solid_fraction`) is divided by the share of the kernel that lies inside the
-    liner. The bed's own is the median over its balls. The surface is where it is half of that:
-    under a symmetric kernel a flat edge stays where it is whatever the kernel's width w, and one of
-    radius of curvature c moves by w^2 / 2c. Only the largest connected piece of the bed counts and
-    of that only the edge to the largest piece of air: no voids, no edge along the liner.
+    liner. The fraction of the bed is the median over its balls. The surface is where the fraction
+    is half of that: a symmetric kernel of any width w leaves a flat edge in place, and moves an
+    edge of radius of curvature c by w^2 / 2c. Only the largest connected piece of the bed counts,
+    and of its edge only the part along the largest piece of air: no voids, no edge along the liner.
 
-    Balls in flight count: of the tumbling layer, dense as it is, a third touches nothing at any
-    moment, and leaving those out doubles the distance of the contours of two seeds. Curtains have
-    a tenth of the bed's fraction and fall below half of it by themselves.
+    Balls in flight count. A third of the dense tumbling layer is without contact at any moment, and
+    the distance of the contours of two seeds doubles if these balls are left out. Curtains have a
+    tenth of the fraction of the bed, so they stay below half of it.
 
     Args:
         centres: (m, 2) float [x, z] of all balls, over R - a.
         areas: (m,) float, as in `solid_fraction`.
-        outline: (k, 2) float, closed liner over R - a, as it stands.
+        outline: (k, 2) float, closed liner over R - a, turned to its mill angle.
 
     Raises:
         ValueError: no ball.
@@ -65,14 +65,14 @@ def surface_contour(
 def first_gaps(
     places: np.ndarray, ball_radius: float, length: float, lifter_tops: float
 ) -> np.ndarray:
-    """The free surface another way, (m, 2) float [x, z] over R - a, by polar angle.
+    """Return the free surface by a second method, (m, 2) float [x, z] over R - a, by polar angle.
 
     The mill inside the circle of the lifter tops is cut into columns from that circle to the axis,
     two ball diameters wide at the wall and along the axis. Going inwards, the bed of a column ends
     before the first gap of two ball diameters between the distances of successive balls from the
     axis; the surface is the centre of its last ball, in the median over the columns along the
-    axis. No kernel, no grid and no bulk fraction; it sees only what is seen from the axis, and is
-    as coarse as a ball radius.
+    axis. The method has no kernel, grid or bulk fraction. It finds only surface that is visible
+    from the axis, to about a ball radius.
 
     Args:
         places: (n, 3) float [x, y, z] of all balls, over R - a.
@@ -96,7 +96,8 @@ def first_gaps(
 
 
 def _column_ends(column: np.ndarray, radius: np.ndarray, gap: float) -> np.ndarray:
-    """Smallest radius before the first gap of each column, (columns,) float; none is empty."""
+    """Return the smallest radius before the first gap of each column, (columns,) float; no column
+    is empty."""
     order = np.lexsort((-radius, column))
     column, radius = column[order], radius[order]
     same = column[1:] == column[:-1]
@@ -115,11 +116,11 @@ def _largest_piece(bed: np.ndarray) -> np.ndarray:
 def _surface(
     fraction: np.ndarray, bed: np.ndarray, known: np.ndarray, level: float, grid: Grid
 ) -> list[np.ndarray]:
-    """Level lines between the bed and the air, the largest connected piece of the mill without
-    bed: not those around voids in the bed or between bed and liner."""
+    """Return the level lines between the bed and the air, the largest connected piece of the mill
+    without bed; without lines around voids in the bed or between bed and liner."""
     air = _largest_piece(known & ~bed)
-    # What is neither is moved to the bed's side where it lacks balls, to the air's where it is a
-    # heap beside the bed.
+    # Nodes that are neither bed nor air make no line: those with few balls get values of the bed,
+    # heaps beside the bed get values of the air.
     values = np.where(bed | air, fraction, np.maximum(fraction, 2.0 * level))
     heap = known & ~bed & (fraction >= level)
     values = np.where(heap, np.nextafter(level, 0.0), values)

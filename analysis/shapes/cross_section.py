@@ -1,4 +1,4 @@
-"""The liner's cross-section as a line to draw."""
+"""Cross-section of the liner as a closed line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from millscale.runs.case_file import Case
 
 
 def liner_outline(case: Case, mill_angle: float) -> np.ndarray:
-    """Closed outline of the liner of a case, turned by the mill angle; (n, 2) float [x, z] in m.
+    """Return the closed outline of the liner of a case, turned by the mill angle; (n, 2) float [x,
+    z] in m.
 
     Args:
         mill_angle: positive turns the bottom towards -x [rad].
@@ -20,8 +21,8 @@ def liner_outline(case: Case, mill_angle: float) -> np.ndarray:
 
 
 def groove_box(case: Case) -> np.ndarray | None:
-    """Closed outline of the monitoring box, which holds groove 0 at rest; (5, 2) float [x, z] in m.
-    None for a plain drum."""
+    """Return the closed outline of the monitoring box, which contains groove 0 at rest; (5, 2)
+    float [x, z] in m. None for a plain drum."""
     if not case.mill.lifters:
         return None
     corners = np.asarray(_liner(case).groove_box())
@@ -29,7 +30,7 @@ def groove_box(case: Case) -> np.ndarray | None:
 
 
 def turned(points: np.ndarray, mill_angle: float) -> np.ndarray:
-    """Points (n, 2) [x, z] turned with the mill by an angle [rad], about +y."""
+    """Return points (n, 2) [x, z] turned with the mill by an angle [rad], about +y."""
     c, s = np.cos(mill_angle), np.sin(mill_angle)
     x, z = points.T
     return np.column_stack([x * c + z * s, z * c - x * s])

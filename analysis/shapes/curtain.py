@@ -1,4 +1,4 @@
-"""Curtains (Fig. 12): the balls in flight that the same lifter carried last.
+"""Curtains (Fig. 12): the balls in flight that have the same last lifter.
 
 Lengths are over R - a. Angles from the vertical are 0 at the top and positive on the rising side.
 """
@@ -38,18 +38,18 @@ class Lifters:
 
     @property
     def pitch(self) -> float:
-        """From lifter to lifter [rad]."""
+        """Return the angle from lifter to lifter [rad]."""
         return 2.0 * np.pi / self.count
 
     def angle_from_vertical(self, lifter, mill_angle):
-        """Angle of the middle of a lifter [rad], in [-pi, pi); scalars or arrays."""
+        """Return the angle of the middle of a lifter [rad], in [-pi, pi); scalars or arrays."""
         turned = (lifter - 0.5) * self.pitch + self.phase + mill_angle
         return np.mod(-turned, 2.0 * np.pi) - np.pi
 
     def number(self, lifter: int, mill_angle: float) -> int:
-        """Number of a lifter's curtain, 1 to count: 1 belongs to the last lifter that has risen
-        past the angle `first`, 2 to the one before it, and so on in the sense of rotation. The
-        same for all mills of the same lifters, mill angle and `first`."""
+        """Return the number of a lifter's curtain, 1 to count: 1 belongs to the last lifter that
+        has risen past the angle `first`, 2 to the one before it, and so on in the sense of
+        rotation. The same for all mills of the same lifters, mill angle and `first`."""
         past = self.first - self.angle_from_vertical(lifter, mill_angle)
         return int(np.floor(np.mod(past, 2.0 * np.pi) / self.pitch)) + 1
 
@@ -75,7 +75,7 @@ class Curtain:
 
     @property
     def middle(self) -> float:
-        """Median height of its balls: its upper end lies above, its lower end below."""
+        """Return the median height of its balls: its upper end lies above, its lower end below."""
         return float(np.median(self.centres[:, 1]))
 
 
@@ -107,17 +107,17 @@ def curtain_overlap(curtain: Curtain, reference: Curtain) -> dict[str, float | N
 
 
 def longest_flight(froude: float) -> float:
-    """Longest flight in mill rotation [rad]: a ball thrown straight up at the speed of the liner
-    from its top, falling to its bottom: t = (V + sqrt(V^2 + 4 g R)) / g with V = omega R, so
-    omega t = Fr (1 + sqrt(1 + 4 / Fr)), Fr = omega^2 R / g. Derived here."""
+    """Return the longest flight in mill rotation [rad]: a ball thrown straight up at the speed of
+    the liner from its top, falling to its bottom: t = (V + sqrt(V^2 + 4 g R)) / g with V = omega R,
+    so omega t = Fr (1 + sqrt(1 + 4 / Fr)), Fr = omega^2 R / g. Derived here."""
     return froude * (1.0 + np.sqrt(1.0 + 4.0 / froude))
 
 
 def may_have_thrown(
     lifter: np.ndarray, lifters: Lifters, mill_angle: float, longest: float
 ) -> np.ndarray:
-    """(n,) bool: lifters that stood above the axis on the rising side no longer ago than a flight
-    lasts. Balls that any other carried last are tumbling in the toe or have not been lifted.
+    """Return which lifters were above the axis on the rising side within the longest flight, (n,)
+    bool. Balls with another last lifter are tumbling in the toe or have not been lifted.
 
     Args:
         lifter: (n,) float.
@@ -131,11 +131,11 @@ def may_have_thrown(
 def curtains(
     centres: np.ndarray, lifter: np.ndarray, lifters: Lifters, mill_angle: float
 ) -> list[Curtain]:
-    """The curtains by number; of fewer than FEWEST_BALLS balls there is no profile.
+    """Return the curtains by number; fewer than FEWEST_BALLS balls have no profile.
 
     Args:
         centres: (n, 2) float [x, z] of balls in flight outside the bed.
-        lifter: (n,) float, the one that carried each last.
+        lifter: (n,) float, the last lifter of each ball.
         mill_angle: now [rad].
     """
     found = []
@@ -154,8 +154,8 @@ def _curtain(lifter: int, number: int, balls: np.ndarray) -> Curtain:
 
 
 def densest_region(centres: np.ndarray, grid: Grid, share: float = SHARE) -> np.ndarray:
-    """Profile of a curtain: the smallest region that holds a share of its balls, each smeared by
-    the grid's Gaussian kernel. (n, n) bool [z, x]."""
+    """Return the profile of a curtain: the smallest region that holds a share of its balls, each
+    smeared by the grid's Gaussian kernel. (n, n) bool [z, x]."""
     density = solid_fraction(centres, np.ones(len(centres)), grid)
     falling = np.sort(density.ravel())[::-1]
     last = int(np.searchsorted(np.cumsum(falling), share * falling.sum()))
@@ -163,8 +163,8 @@ def densest_region(centres: np.ndarray, grid: Grid, share: float = SHARE) -> np.
 
 
 def band_profile(centres: np.ndarray, share: float = SHARE) -> tuple[np.ndarray, float]:
-    """The profile another way: BANDS bands of height with equally many balls, and in each the x
-    between which `share` of its balls lie. No kernel and no grid.
+    """Return the profile by a second method: BANDS bands of height with equally many balls, and in
+    each the x between which `share` of its balls lie. No kernel and no grid.
 
     Returns:
         Closed polygon (2 BANDS + 5, 2) [x, z], and the root mean square distance of the balls

@@ -30,8 +30,11 @@ from millscale.runs.untrusted import RunFolderError
 
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
-KERNEL_OVER_BALL_RADIUS = 1.5  # at least: below, single balls show
-STATE, CARRIER = "c_detach[1]", "c_detach[24]"  # of compute mill/detach: docs/reference/styles.md
+KERNEL_OVER_BALL_RADIUS = 1.5  # smallest: single balls show under a narrower kernel
+STATE, LAST_LIFTER = (
+    "c_detach[1]",
+    "c_detach[24]",
+)  # of compute mill/detach: docs/reference/styles.md
 
 
 @dataclass(frozen=True)
@@ -40,10 +43,10 @@ class Shape:
 
     Attributes:
         mill_angle: of the dump [rad].
-        outline: (n, 2) float, the liner as it stands.
+        outline: (n, 2) float, the liner at this mill angle.
         cross_check: (n, 2) float, the surface by the second method.
-        curtains: by number; None if the dumps do not say who is in flight.
-        throw_angle: of `throw_angle.throw_angle` [rad]; None where it cannot be told.
+        curtains: by number; None if the dumps lack the columns, or the mill lifters.
+        throw_angle: of `throw_angle.throw_angle` [rad]; None if too few balls are in flight.
         problem: why there are no curtains.
     """
 
@@ -57,7 +60,7 @@ class Shape:
 
     @property
     def method_distance(self) -> float | None:
-        """Median distance of the second method's surface from the contour."""
+        """Return the median distance of the second method's surface from the contour."""
         if not self.contour.lines or not len(self.cross_check):
             return None
         tree = cKDTree(points_along(self.contour.lines))
@@ -65,18 +68,20 @@ class Shape:
 
 
 def unit_length(case: Case) -> float:
-    """R - a [m], of the mean ball."""
+    """Return R - a of the mean ball [m]."""
     return case.mill.radius_m - case.ball.radius_m
 
 
 def contour_grid(case: Case) -> Grid:
-    """The grid of a case's contours: as fine as RESOLUTION unless its balls are too large."""
+    """Return the grid of a case's contours: as fine as RESOLUTION unless its balls are too
+    large."""
     radius = case.ball.radius_m / unit_length(case)
     return Grid(max(RESOLUTION, KERNEL_OVER_BALL_RADIUS * radius))
 
 
 def wanted_angles(end: float) -> list[float]:
-    """Mill angles at which shapes are looked at: every ANGLE_STEP to the end of the rotation."""
+    """Return the mill angles at which shapes are compared: every ANGLE_STEP to the end of the
+    rotation [rad]."""
     return [ANGLE_STEP * i for i in range(1, int((end + SAME_ANGLE) / ANGLE_STEP) + 1)]
 
 
@@ -97,7 +102,7 @@ def snapshots_at(folder: Path, mill_angles: Sequence[float]) -> dict[float, Snap
 
 
 def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
-    """Shape of one dump."""
+    """Return the shape of one dump."""
     unit, mill = unit_length(case), case.mill
     length = mill.simulated_length_m / unit
     places = dump.positions / unit
@@ -122,9 +127,9 @@ def _innermost(mill: Mill) -> float:
 def _curtains(
     dump: Dump, centres: np.ndarray, contour: Contour, mill_angle: float, case: Case
 ) -> tuple[dict[int, Curtain] | None, str]:
-    """Curtains by number, or why there are none."""
+    """Return curtains by number, or why there are none."""
     mill = case.mill
-    missing = [name for name in (STATE, CARRIER) if name not in dump.columns]
+    missing = [name for name in (STATE, LAST_LIFTER) if name not in dump.columns]
     if missing:
         return None, (
             f"the dumps have no column {', '.join(missing)}: written before dumps named the "
@@ -132,7 +137,7 @@ def _curtains(
         )
     if not mill.lifters:
         return None, "a plain drum has no lifters"
-    lifters, lifter = _lifters(case), dump[CARRIER]
+    lifters, lifter = _lifters(case), dump[LAST_LIFTER]
     flying = (dump[STATE] == IN_FLIGHT) & (lifter >= 0.0)
     flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill.froude))
     flying &= ~value_at(contour.inside, centres, contour_grid(case))
@@ -141,8 +146,8 @@ def _curtains(
 
 
 def _lifters(case: Case) -> Lifters:
-    """The lifters of a case; curtains count from where Eq. 4 has a ball leave the physical mill,
-    so that no policy's correction of the speed changes a number."""
+    """Return the lifters of a case. Curtains are numbered from the angle at which a ball leaves the
+    physical mill by Eq. 4, so a policy that corrects the speed changes no number."""
     mill, physical = case.mill, case.physical
     froude = physical.omega_rad_s**2 * physical.radius_m / physical.gravity_m_s2
     first = _core.detach_angle(froude) if froude < 1.0 else 0.0

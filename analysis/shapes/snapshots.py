@@ -1,4 +1,4 @@
-"""Which dumps of a multi-ball case to draw, and drawing them in a process of its own."""
+"""Dumps of a multi-ball case by mill angle."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Snapshot:
 
 
 def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]:
-    """The dump nearest to each mill angle [rad], each dump once, in order.
+    """Return the dump nearest to each mill angle [rad], each dump once, in order.
 
     The angle of a dump follows from its step and the series.
 
@@ -42,7 +42,7 @@ def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]
 
 
 def mill_angle_at(steps: np.ndarray, series: Series) -> np.ndarray:
-    """Mill angle [rad] at steps of a multi-ball series, (n,) float.
+    """Return the mill angle [rad] at steps of a multi-ball series, (n,) float.
 
     The mill turns evenly; before the first row, where the first dump lies, it is extrapolated.
     """
@@ -52,7 +52,7 @@ def mill_angle_at(steps: np.ndarray, series: Series) -> np.ndarray:
 
 
 def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:
-    """(n,) bool for the balls of `dump`: whether they were at x < 0 in the first dump.
+    """Return whether the balls of `dump` were at x < 0 in the first dump, (n,) bool.
 
     Raises:
         ValueError: a ball is not in the first dump.
@@ -67,5 +67,5 @@ def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:
 
 
 def first_dump(folder: Path) -> Dump:
-    """The dump before the rotation, whose positions give the balls their colours."""
+    """Return the dump before the rotation, whose positions give the balls their colours."""
     return read_dump(next(iter(required_dumps(folder).values())))

@@ -31,32 +31,33 @@ class Grid:
 
     @cached_property
     def step(self) -> float:
-        """Distance of neighbouring nodes."""
+        """Return the distance of neighbouring nodes."""
         return 2.0 * HALF_WIDTH / (self.nodes.size - 1)
 
     @cached_property
     def nodes(self) -> np.ndarray:
-        """(n,) float: the nodes along each axis."""
+        """Return the nodes along each axis, (n,) float."""
         cells = int(np.ceil(2.0 * HALF_WIDTH * CELLS_PER_RESOLUTION / self.resolution))
         return np.linspace(-HALF_WIDTH, HALF_WIDTH, cells + 1)
 
     @cached_property
     def points(self) -> np.ndarray:
-        """(n * n, 2) float [x, z] of the nodes, x fastest."""
+        """Return [x, z] of the nodes, (n * n, 2) float, x fastest."""
         x, z = np.meshgrid(self.nodes, self.nodes)
         return np.column_stack([x.ravel(), z.ravel()])
 
     def inside(self, outline: np.ndarray) -> np.ndarray:
-        """(n, n) bool [z, x]: nodes inside a closed polygon (m, 2)."""
+        """Return which nodes are inside a closed polygon (m, 2), (n, n) bool [z, x]."""
         return Polygon(outline).contains_points(self.points).reshape(2 * self.nodes.shape)
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
-        """Values (n, n) at the nodes, averaged by the kernel."""
+        """Return values (n, n) at the nodes, averaged by the kernel."""
         return gaussian_filter(values, self.resolution / self.step, mode="constant", truncate=5.0)
 
 
 def solid_fraction(centres: np.ndarray, areas: np.ndarray, grid: Grid) -> np.ndarray:
-    """Solid fraction averaged along the axis and by a Gaussian kernel, (n, n) float [z, x].
+    """Return the solid fraction averaged along the axis and by a Gaussian kernel, (n, n) float [z,
+    x].
 
     phi(p) = sum_i A_i exp(-|p - p_i|^2 / 2 w^2) / (2 pi w^2), A_i = V_i / (L (R - a)^2): each
     ball's volume V_i, spread along the length L and by the kernel of width w. Balls are first
@@ -80,7 +81,7 @@ def solid_fraction(centres: np.ndarray, areas: np.ndarray, grid: Grid) -> np.nda
 
 
 def value_at(field: np.ndarray, points: np.ndarray, grid: Grid) -> np.ndarray:
-    """Values (m,) of a field (n, n) at the nodes nearest to points (m, 2)."""
+    """Return the values (m,) of a field (n, n) at the nodes nearest to points (m, 2)."""
     column, row = np.rint((points - grid.nodes[0]) / grid.step).astype(int).T
     last = grid.nodes.size - 1
     return field[np.clip(row, 0, last), np.clip(column, 0, last)]

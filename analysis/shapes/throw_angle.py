@@ -1,6 +1,7 @@
-"""Where the balls in flight were thrown: the detach angle of a charge.
+"""Detach angle of a charge: the mean angle at which its balls in flight were thrown.
 
-A ball in flight touches nothing, so its place and velocity lead back to where its flight began:
+A ball in flight has no contact, so position and velocity give the position at which its flight
+began:
 
     r0 = r - v t + g t^2 / 2,    t the time in flight, g downwards along z
 
@@ -21,12 +22,12 @@ FEWEST_BALLS = 12  # as of a curtain
 
 
 def throw_angle(dump: Dump, case: Case) -> float | None:
-    """Mean angle from the vertical at which the balls of the outermost layer that are in flight
+    """Return the mean angle from the vertical at which the balls in flight of the outermost layer
     left, positive on the rising side [rad].
 
-    Only flights that began above the axis are throws: below it, behind the toe, balls that lie
-    against a lifter hop, for a moment each, and a few at -135 degrees would make the mean another.
-    None if fewer than FEWEST_BALLS are in such a flight, or the dump does not tell.
+    Only flights that began above the axis are throws. Below it, behind the toe, balls that lie
+    against a lifter hop for a moment; a few of them at -135 degrees would change the mean. None if
+    fewer than FEWEST_BALLS are in such a flight, or the dump lacks a column.
     """
     columns = ("vx", "vz", STATE, FLIGHT_TIME, OUTERMOST)
     if any(name not in dump.columns for name in columns):

@@ -22,7 +22,6 @@ from millscale.analysis.single_ball import energy
 from millscale.analysis.single_ball.result import ball_of, flight_of
 from millscale.analysis.single_ball.windows import Window, common_windows
 
-POLICIES = ("paper", "corrected", "offset-liner")
 STATISTICS = ("_deg", "_mean_deg", "_std_deg")
 
 
@@ -224,16 +223,11 @@ def single_ball_rows(balls: Iterable[SingleBall]) -> list[SingleBallRow]:
     Energies are changes on the parabola of the first throw. Ratios are to S = 1 of the same scheme
     and policy, or of another policy: all policies are the same mill there.
     """
-    ordered = sorted(balls, key=place)
+    ordered = sorted(balls, key=lambda ball: ball.place)
     windows = common_windows(ordered)
     throws = {ball: _first_throw(ball, windows.get(ball.scheme)) for ball in ordered}
     changes = {ball: _changes(ball, windows.get(ball.scheme)) for ball in ordered}
     return [_row(ball, throws[ball], changes) for ball in ordered]
-
-
-def place(ball: SingleBall) -> tuple:
-    """Return the place of a case in tables: by scheme, policy and S."""
-    return ball.scheme, POLICIES.index(ball.policy), ball.S, ball.id
 
 
 def by_policy(entries: Sequence[M]) -> dict[tuple[str, str], list[M]]:
@@ -241,7 +235,7 @@ def by_policy(entries: Sequence[M]) -> dict[tuple[str, str], list[M]]:
     policy without that mill takes another's.
 
     Args:
-        entries: in the order of `place`.
+        entries: by scheme, policy and S.
     """
     groups: dict[tuple[str, str], list[M]] = {}
     for entry in entries:

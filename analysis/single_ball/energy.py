@@ -13,8 +13,8 @@ from millscale.runs.series import Series
 
 @dataclass(frozen=True)
 class Ball:
-    """What the energy of a ball in the mill depends on: mass [kg], gravity [m/s^2], speed of the
-    mill [rad/s]."""
+    """A ball and the operating point of its mill: mass [kg], gravity [m/s^2], speed of the mill
+    [rad/s]."""
 
     mass: float
     gravity: float
@@ -38,7 +38,7 @@ class EnergyChange:
 
 
 def change_on_parabola(flight: Flight, ball: Ball, begin: float, end: float) -> float:
-    """Gain of kinetic energy between two mill angles of a flight [J].
+    """Return the gain of kinetic energy between two mill angles of a flight [J].
 
     Exact, from the recorded release: dv/dt = -g.
 
@@ -51,7 +51,7 @@ def change_on_parabola(flight: Flight, ball: Ball, begin: float, end: float) -> 
 
 
 def sampled_change(series: Series, begin: float, end: float, seen: list[Flight]) -> EnergyChange:
-    """Change between two mill angles, interpolated in the series.
+    """Return the change between two mill angles, interpolated in the series.
 
     Args:
         seen: all confirmed flights of the series.
@@ -74,11 +74,10 @@ def sampled_change(series: Series, begin: float, end: float, seen: list[Flight])
 
 
 def change_from_release(series: Series, flight: Flight, ball: Ball, window: float) -> EnergyChange:
-    """Change from the recorded release to the series `window` of mill rotation later.
+    """Return the change from the recorded release to the series `window` of mill rotation later.
 
-    The check of `change_on_parabola`: the end comes from the engine's samples, and potential and
-    kinetic energy are taken apart.
-    """
+    This checks `change_on_parabola`: the end comes from the samples of the engine, and potential
+    and kinetic energy are separate."""
     rows = flight.rows
     end = flight.mill_angle + window
     at_release = (
@@ -94,8 +93,8 @@ def change_from_release(series: Series, flight: Flight, ball: Ball, window: floa
 
 
 def deviation_from_parabola(series: Series, flight: Flight, ball: Ball) -> tuple[float, float]:
-    """Largest difference of kinetic and of potential energy between the samples of a flight and
-    the parabola from its recorded release [J]."""
+    """Return the largest difference of kinetic and of potential energy between the samples of a
+    flight and the parabola from its recorded release [J]."""
     if not flight.rows.size:
         return 0.0, 0.0
     time = (series["mill_angle_rad"][flight.rows] - flight.mill_angle) / ball.omega

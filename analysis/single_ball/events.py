@@ -18,7 +18,7 @@ SETTLED_SPEED = 0.1  # of omega R: a ball slower than this relative to the mill 
 
 @dataclass(frozen=True)
 class LinerOff:
-    """Contact with the liner lost; the ball may still ride a lifter.
+    """Loss of contact with the liner; the ball may still be in contact with a lifter.
 
     Attributes:
         angle: from the vertical [rad].
@@ -53,7 +53,7 @@ class Flight:
 
     @property
     def length(self) -> float:
-        """Mill rotation during the flight, to the last sample in it [rad]."""
+        """Return the mill rotation during the flight, to the last sample in it [rad]."""
         return max(0.0, self.mill_angle_end - self.mill_angle)
 
 
@@ -87,12 +87,12 @@ class Regions:
 
 
 def flights(series: Series) -> list[Flight]:
-    """The confirmed flights that the samples show, in order."""
+    """Return the confirmed flights that the samples show, in order."""
     return [_flight(series, row) for row in _new_records(series["flight_count"])]
 
 
 def liner_offs(series: Series) -> list[LinerOff]:
-    """The confirmed losses of liner contact that the samples show, in order."""
+    """Return the confirmed losses of liner contact that the samples show, in order."""
     return [
         LinerOff(
             float(series["liner_off_mill_angle_rad"][row]),
@@ -104,13 +104,13 @@ def liner_offs(series: Series) -> list[LinerOff]:
 
 
 def unseen_events(series: Series) -> int:
-    """Confirmed events that a later one overwrote before the next sample."""
+    """Return the number of confirmed events that a later one overwrote before the next sample."""
     counts = (series["flight_count"], series["liner_off_count"])
     return int(sum(np.maximum(np.diff(count, prepend=0.0) - 1.0, 0.0).sum() for count in counts))
 
 
 def throws(series: Series) -> list[Throw]:
-    """The throw of every cycle.
+    """Return the throw of every cycle.
 
     A cycle begins where the ball is lifted through the height of the axis on the rising side. Its
     throw is the longest flight that begins above the axis before the next lift: bounces at the
@@ -130,7 +130,8 @@ def throws(series: Series) -> list[Throw]:
 
 
 def lift_rows(series: Series) -> list[int]:
-    """(k,) samples at which the ball has just risen above the axis on the rising side (x < 0).
+    """Return the (k,) samples at which the ball has just risen above the axis on the rising side (x
+    < 0).
 
     A ball that starts there counts as lifted in the first sample.
     """
@@ -140,7 +141,7 @@ def lift_rows(series: Series) -> list[int]:
 
 
 def regions(series: Series, throw: Throw, omega: float, radius: float) -> Regions:
-    """Regions I to IV around a throw.
+    """Return the regions I to IV around a throw.
 
     Args:
         omega: speed of the mill [rad/s].
@@ -160,14 +161,16 @@ def regions(series: Series, throw: Throw, omega: float, radius: float) -> Region
 
 
 def mill_relative_speed(series: Series, omega: float) -> np.ndarray:
-    """(n,) speed of the ball relative to the turning mill, in the cross-section [m/s]."""
+    """Return the (n,) speed of the ball relative to the turning mill, in the cross-section
+    [m/s]."""
     return np.hypot(
         series["vx_m_s"] - omega * series["z_m"], series["vz_m_s"] + omega * series["x_m"]
     )
 
 
 def _settled(series: Series, carried: np.ndarray, begin: int, lift: int) -> float | None:
-    """Mill angle from which on the ball is carried up to the lift; None if it never is."""
+    """Return the mill angle from which on the ball is carried up to the lift; None if it never
+    is."""
     moving = np.flatnonzero(~carried[begin:lift])
     row = begin + (moving[-1] + 1 if moving.size else 0)
     return float(series["mill_angle_rad"][row]) if row < lift or row == begin else None

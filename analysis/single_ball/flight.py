@@ -8,10 +8,11 @@ import numpy as np
 
 
 def impact_angle(phi: float) -> float:
-    """Angle from the vertical, on the falling side, where the ball meets its circle again [rad].
+    """Return the angle from the vertical, on the falling side, where the ball returns to its circle
+    [rad].
 
     A ball on a circle (a smooth drum, its centre on R - a) that leaves at `phi` from the vertical,
-    where the wall's force vanishes (V^2 = g Rc cos(phi)), meets the circle again at 3 phi.
+    where the wall's force vanishes (V^2 = g Rc cos(phi)), returns to the circle at 3 phi.
     Derived here; valid for 0 < phi < pi/2.
 
     Args:
@@ -21,7 +22,7 @@ def impact_angle(phi: float) -> float:
 
 
 def flight_time(speed: float, phi: float, gravity: float) -> float:
-    """Time from that release to that impact, 4 V sin(phi) / g [s]. Derived here.
+    """Return the time from that release to that impact, 4 V sin(phi) / g [s]. Derived here.
 
     Args:
         speed: V, of the ball's centre at release [m/s].
@@ -32,13 +33,14 @@ def flight_time(speed: float, phi: float, gravity: float) -> float:
 
 
 def impact_speed_ratio(phi: float) -> float:
-    """Speed at that impact over speed at release, sqrt(1 + 8 sin^2(phi)) [-]. Derived here."""
+    """Return the speed at that impact over speed at release, sqrt(1 + 8 sin^2(phi)) [-]. Derived
+    here."""
     return float(np.sqrt(1.0 + 8.0 * np.sin(phi) ** 2))
 
 
 @dataclass(frozen=True)
 class Release:
-    """A ball let go.
+    """A released ball.
 
     Attributes:
         position: (3,) float [m].
@@ -51,26 +53,27 @@ class Release:
     gravity: float
 
     def position_at(self, time) -> np.ndarray:
-        """(..., 3) position [m], `time` after release [s]."""
+        """Return the position [m], `time` after release [s], (..., 3)."""
         t = np.asarray(time, float)[..., None]
         fall = np.array([0.0, 0.0, -0.5 * self.gravity])
         return np.asarray(self.position) + np.asarray(self.velocity) * t + fall * t**2
 
     def velocity_at(self, time) -> np.ndarray:
-        """(..., 3) velocity [m/s], `time` after release [s]."""
+        """Return the velocity [m/s], `time` after release [s], (..., 3)."""
         t = np.asarray(time, float)[..., None]
         return np.asarray(self.velocity) + np.array([0.0, 0.0, -self.gravity]) * t
 
     def kinetic_change(self, time, mass: float) -> np.ndarray:
-        """Kinetic energy gained, and potential lost, since release [J]:
+        """Return the kinetic energy gained, and potential lost, since release [J]:
         m (-g v_z t + g^2 t^2 / 2)."""
         t = np.asarray(time, float)
         g = self.gravity
         return mass * (-g * self.velocity[2] * t + 0.5 * (g * t) ** 2)
 
     def time_to_radius(self, radius: float) -> float:
-        """First time after release at which the ball's centre is `radius` from the mill axis and
-        moves outward [s]; inf if never. A ball released on that circle is not counted at t = 0."""
+        """Return the first time after release at which the ball's centre is `radius` from the mill
+        axis and moves outward [s]; inf if never. A ball released on that circle is not counted at t
+        = 0."""
         x, _, z = self.position
         vx, _, vz = self.velocity
         g = self.gravity
@@ -89,7 +92,7 @@ class Release:
 
 
 def release_on_circle(radius: float, phi: float, gravity: float) -> Release:
-    """The ball of `impact_angle` as it leaves its circle of `radius` [m] at `phi` [rad].
+    """Return the ball of `impact_angle` as it leaves its circle of `radius` [m] at `phi` [rad].
 
     Its speed is V = sqrt(g Rc cos(phi)), along the rotation: over the top, towards +x.
     """

@@ -128,7 +128,7 @@ def mass_flow(charges: Sequence[Charge]) -> Figure:
 
 
 def monitoring_box(charge: Charge) -> Figure:
-    """Return the place of the monitoring box at rest (Fig. 13)."""
+    """Return the monitoring box in the mill at rest (Fig. 13)."""
     radius = charge.case.mill.radius_m
     with rc_context(STYLE):
         figure = Figure(figsize=(3.6, 3.7), layout="constrained")

@@ -35,7 +35,7 @@ def trajectories(balls: Sequence[SingleBall], over_radius: bool = False) -> Figu
     """Return the path of the ball's centre in the cross-section over the first cycle (Fig. 6).
 
     Circles mark where free flight begins, crosses where the liner is left. The liner of each
-    mill is drawn as it stands at the throw.
+    mill is drawn at the mill angle of the throw.
 
     Args:
         over_radius: divide by each mill's radius, so that similar paths coincide.

@@ -29,7 +29,7 @@ DARKEST = 0.45  # of a ball's colour, at its rim
 
 def snapshot_sheet(charges: Sequence[Charge], mill_angles: Sequence[float]) -> Figure:
     """Return a row for each charge, a column for each mill angle [rad]; a panel without a dump at
-    that angle says so.
+    that angle has a note.
 
     Raises:
         RunFolderError: a case without dumps.
