@@ -17,7 +17,7 @@ PYTHON = (
     ("__main__",),
     ("cli",),
     ("validate", "bench"),
-    ("study",),
+    ("study", "prediction"),
     ("workflow",),
     ("report",),
     ("cases", "analysis"),

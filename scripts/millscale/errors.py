@@ -26,6 +26,10 @@ class CampaignError(ValueError):
         super().__init__(one_line(text))
 
 
+class PredictionError(ValueError):
+    """Runs that do not allow a prediction of the physical mill: why, and what would."""
+
+
 class EngineError(RuntimeError):
     """The engine did not finish its deck."""
 

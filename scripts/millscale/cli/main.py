@@ -36,12 +36,13 @@ from millscale.cli.options import (
     check_seconds,
     console_of,
 )
+from millscale.cli.predict import predict
 from millscale.cli.study import study
 from millscale.cli.validate import validate
 from millscale.engine.ending_signals import INTERRUPTED
 from millscale.engine.environment import COMMAND_VARIABLE, TIME_LIMIT_VARIABLE
 from millscale.engine.machine import CoreWish
-from millscale.errors import CampaignError, EngineError
+from millscale.errors import CampaignError, EngineError, PredictionError
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
@@ -62,6 +63,7 @@ combination is a case with its own folder. Units are SI unless a name states ano
 * `millscale run campaigns/quick.toml --runs runs/quick` simulates the cases that are missing
 * `millscale report runs/quick` writes report/index.html
 * `millscale study campaigns/study-S2.6.toml --plan` shows the cost of a parameter study
+* `millscale predict runs/slices` predicts the physical mill from its scaled mills
 
 Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input or a full disk;
 130 interrupted. Repeat an interrupted command to resume. `millscale status` shows why a case
@@ -284,6 +286,7 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
 
 
 app.command()(study)
+app.command()(predict)
 app.add_typer(bench, name="bench")
 app.add_typer(analyse, name="analyse")
 app.add_typer(validate, name="validate")
@@ -294,7 +297,7 @@ def main() -> None:
     escape_unencodable()
     try:
         app(prog_name="millscale")
-    except (CampaignError, RunFolderError, OSError) as error:
+    except (CampaignError, PredictionError, RunFolderError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(EXIT_WRONG_INPUT)
     except EngineError as error:

@@ -1,0 +1,63 @@
+"""`millscale predict`: the physical mill from its scaled mills."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from millscale.cli.options import Json, RunsArguments, console_of
+from millscale.errors import PredictionError
+
+
+def predict(
+    runs: RunsArguments,
+    scheme: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Scheme of the scaled mills to use, if there are two."),
+    ] = None,
+    policy: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Policy of the scaled mills to use, if there are two."),
+    ] = None,
+    level: Annotated[
+        float, typer.Option(metavar="P", help="Probability of the intervals, such as 0.95.")
+    ] = 0.95,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Leave the runs of S = 1 out, and compare with them."),
+    ] = False,
+    to: Annotated[
+        Path | None, typer.Option(metavar="JSON", help="Also write the prediction to this file.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Predict power, shape and energies of the physical mill from its finished scaled mills.
+
+    Needs steady charges at two values of S or more, filled alike, and two seeds of one S for most
+    observables. Each observable is extrapolated to S = 1 with an interval that includes the
+    unknown exponent of its error. See docs/theory/prediction.md.
+
+    Examples: `millscale predict runs/slices`,
+    `millscale predict runs/slices --check --to prediction.json`
+    """
+    from millscale.engine.record import provenance
+    from millscale.prediction.predict import predict as predict_mill
+    from millscale.prediction.table import prediction_lines, prediction_table
+    from millscale.runs.writing import write_json
+
+    if not 0.5 <= level < 1.0:
+        raise PredictionError(f"--level: got {level:g}, accepted are 0.5 to below 1")
+    prediction = predict_mill(runs, scheme, policy, level, check)
+    content = provenance() | prediction.document()
+    if to:
+        write_json(to, content)
+    if as_json:
+        typer.echo(json.dumps(content, indent=1))
+        return
+    console = console_of()
+    console.print(prediction_table(prediction))
+    for line in prediction_lines(prediction):
+        console.print(line, highlight=False)

@@ -1,0 +1,252 @@
+"""Extrapolation of an observable from scaled mills to the physical mill, with an interval.
+
+A scaled mill has the same balls in a mill that is S times smaller, so its error grows with S.
+The error of an observable q follows a power of S:
+
+    q(S) = q(1) + b (S^p - 1) / p,    0 <= p <= 1;    q(1) + b ln S at p = 0.
+
+The inertial number of the flowing layer grows as S, hence p = 1 for what the dilation of the bed
+decides (solid fraction, spin, share in flight); friction saturates with the inertial number, as
+mu(I) does, hence a p near 0 for torque and kinetic energy. Two values of S cannot tell p, so it
+stays uncertain: uniform between 0 and 1, weighted by how well each p fits where there are three
+values of S or more. Derived here; the measurements behind it are in docs/theory.
+
+For a given p the law is linear in q(1) and b. With n_g runs of group g, means q_g and the standard
+deviation s of one run (nu degrees of freedom), generalized least squares give q(1) = sum_g w_g q_g,
+of standard error s sqrt(sum_g w_g^2 / n_g), Student-distributed with nu degrees of freedom. The
+distribution of q(1) is the mixture of these over p.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import fdtrc, stdtr, stdtrit
+
+# Points of the uniform prior of p: the midpoints of equal parts of [0, 1].
+_EXPONENTS = (np.arange(40) + 0.5) / 40
+# Weights of a larger norm multiply the noise of the runs more than an extrapolation can stand.
+LARGEST_WEIGHTS = 5.0
+# Two values of S closer than this are one group.
+SAME_S = 1e-6
+
+
+class ExtrapolationError(ValueError):
+    """The runs do not allow an extrapolation; the message says why and what would."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviation of one run and how well it is known.
+
+    Attributes:
+        deviation: in the unit of the observable.
+        freedom: degrees of freedom it was estimated with; infinity if it is known.
+    """
+
+    deviation: float
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Group:
+    """The runs of one S.
+
+    Attributes:
+        S: scale ratio, 1 or more.
+        values: one for each run, in the unit of the observable.
+    """
+
+    S: float
+    values: tuple[float, ...]
+
+    @property
+    def mean(self) -> float:
+        return math.fsum(self.values) / len(self.values)
+
+
+@dataclass(frozen=True)
+class Extrapolation:
+    """An observable of the physical mill.
+
+    Attributes:
+        value: median of its distribution, in the unit of the observable.
+        lower, upper: ends of the interval.
+        level: probability of the interval.
+        noise_error: standard error from the noise of the runs alone, at the mean of p.
+        exponent_error: standard deviation of the value over p.
+        exponent: mean of p.
+        weights: of each group, at the mean of p.
+        residual_probability: of residuals at least this large if the law holds; None with two
+            groups, which every p fits.
+    """
+
+    value: float
+    lower: float
+    upper: float
+    level: float
+    noise_error: float
+    exponent_error: float
+    exponent: float
+    weights: tuple[float, ...]
+    residual_probability: float | None
+
+    @property
+    def half_width(self) -> float:
+        return 0.5 * (self.upper - self.lower)
+
+
+def scale_function(S: float | np.ndarray, p: float) -> np.ndarray:
+    """Return (S^p - 1) / p, and ln S at p = 0: what the error of an observable is linear in."""
+    logarithm = np.log(S)
+    return logarithm if p == 0.0 else np.expm1(p * logarithm) / p
+
+
+def pooled_noise(groups: Sequence[Group]) -> Noise:
+    """Return the standard deviation of one run from the scatter within the groups.
+
+    Raises:
+        ExtrapolationError: no group has two runs.
+    """
+    freedom = sum(len(group.values) - 1 for group in groups)
+    if freedom == 0:
+        raise ExtrapolationError(
+            "no value of S has two seeds, so the noise of a run is not known: add a seed"
+        )
+    squares = math.fsum((x - group.mean) ** 2 for group in groups for x in group.values)
+    return Noise(math.sqrt(squares / freedom), float(freedom))
+
+
+def extrapolate(
+    groups: Sequence[Group], noise: Noise | None = None, level: float = 0.95
+) -> Extrapolation:
+    """Extrapolate an observable to S = 1.
+
+    Args:
+        groups: two or more values of S; S = 1 may be one of them.
+        noise: of one run; from the scatter within the groups if not given.
+        level: probability of the interval, between 0 and 1.
+
+    Raises:
+        ExtrapolationError: fewer than two values of S, values of S too close together, noise
+            unknown.
+    """
+    groups = sorted(groups, key=lambda group: group.S)
+    _check(groups)
+    noise = noise or pooled_noise(groups)
+    S = np.array([group.S for group in groups])
+    means = np.array([group.mean for group in groups])
+    runs = np.array([len(group.values) for group in groups], dtype=float)
+
+    weights = np.array([_weights(S, runs, p) for p in _EXPONENTS])
+    norms = np.linalg.norm(weights, axis=1)
+    if norms.max() > LARGEST_WEIGHTS:
+        raise ExtrapolationError(
+            f"S = {', '.join(f'{x:.4g}' for x in S)} lie too close together or too far from 1: "
+            f"weights of norm {norms.max():.2g}, at most {LARGEST_WEIGHTS:g} allowed; "
+            "add a scaled mill nearer to S = 1, or one of a larger S"
+        )
+    centres = weights @ means
+    scales = noise.deviation * np.sqrt((weights**2 / runs).sum(axis=1))
+    misfits = np.array([_misfit(S, runs, means, p) for p in _EXPONENTS])
+    shares = _shares(misfits, noise, len(groups) - 2)
+
+    mixture = _Mixture(shares, centres, scales, noise.freedom)
+    tail = 0.5 * (1.0 - level)
+    p = float(shares @ _EXPONENTS)
+    at_mean = _weights(S, runs, p)
+    return Extrapolation(
+        value=mixture.quantile(0.5),
+        lower=mixture.quantile(tail),
+        upper=mixture.quantile(1.0 - tail),
+        level=level,
+        noise_error=float(noise.deviation * math.sqrt((at_mean**2 / runs).sum())),
+        exponent_error=math.sqrt(max(float(shares @ (centres - shares @ centres) ** 2), 0.0)),
+        exponent=p,
+        weights=tuple(map(float, at_mean)),
+        residual_probability=_residual_probability(float(misfits.min()), noise, len(groups) - 2),
+    )
+
+
+def _check(groups: Sequence[Group]) -> None:
+    if len(groups) < 2:
+        found = f"S = {groups[0].S:.4g} alone" if groups else "no scaled mill"
+        raise ExtrapolationError(f"{found}: an extrapolation needs two values of S or more")
+    for group, following in itertools.pairwise(groups):
+        if following.S - group.S < SAME_S:
+            raise ExtrapolationError(f"S = {group.S:.6g} stands in two groups")
+    if groups[0].S < 1.0 - SAME_S:
+        raise ExtrapolationError(f"S = {groups[0].S:.4g} is below 1: a scaled mill is smaller")
+
+
+def _design(S: np.ndarray, p: float) -> np.ndarray:
+    """(groups, 2) float: columns of q(1) and b."""
+    return np.column_stack([np.ones_like(S), scale_function(S, p)])
+
+
+def _weights(S: np.ndarray, runs: np.ndarray, p: float) -> np.ndarray:
+    """(groups,) float: weights of the group means in q(1), which sum to 1."""
+    design = _design(S, p)
+    normal = design.T @ (runs[:, None] * design)
+    return np.linalg.solve(normal, design.T * runs)[0]
+
+
+def _misfit(S: np.ndarray, runs: np.ndarray, means: np.ndarray, p: float) -> float:
+    """Sum of the squared residuals of the group means, each times the number of its runs."""
+    root = np.sqrt(runs)
+    design = root[:, None] * _design(S, p)
+    left = root * means - design @ np.linalg.lstsq(design, root * means, rcond=None)[0]
+    return float(left @ left) if len(S) > 2 else 0.0
+
+
+def _shares(misfits: np.ndarray, noise: Noise, freedom: int) -> np.ndarray:
+    """Probability of each p: the likelihood of its residuals; equal where two groups have none."""
+    if freedom == 0 or noise.deviation == 0.0:
+        return np.full(len(misfits), 1.0 / len(misfits))
+    over = (misfits - misfits.min()) / noise.deviation**2
+    if math.isinf(noise.freedom):
+        likelihood = np.exp(-0.5 * over)
+    else:
+        base = 1.0 + misfits.min() / noise.deviation**2 / noise.freedom
+        likelihood = (1.0 + over / noise.freedom / base) ** (-0.5 * (noise.freedom + freedom))
+    return likelihood / likelihood.sum()
+
+
+def _residual_probability(misfit: float, noise: Noise, freedom: int) -> float | None:
+    # The fitted p takes a degree of freedom as well.
+    left = freedom - 1 if freedom > 1 else freedom
+    if freedom == 0 or noise.deviation == 0.0:
+        return None
+    ratio = misfit / noise.deviation**2 / left
+    spread = noise.freedom if math.isfinite(noise.freedom) else 1e9
+    return float(fdtrc(left, spread, ratio))
+
+
+@dataclass(frozen=True)
+class _Mixture:
+    """Student distributions of one number of degrees of freedom, mixed."""
+
+    shares: np.ndarray
+    centres: np.ndarray
+    scales: np.ndarray
+    freedom: float
+
+    def quantile(self, probability: float) -> float:
+        freedom = min(self.freedom, 1e9)
+        widest = self.scales.max() * float(stdtrit(freedom, max(probability, 1.0 - probability)))
+        lower, upper = self.centres.min() - widest, self.centres.max() + widest
+        if upper - lower <= 0.0:
+            return float(lower)
+        scales = np.maximum(self.scales, 1e-12 * (upper - lower))
+
+        def excess(x: float) -> float:
+            below = stdtr(freedom, (x - self.centres) / scales)
+            return float(self.shares @ below) - probability
+
+        margin = 1e-9 * (upper - lower)
+        return float(brentq(excess, lower - margin, upper + margin))

@@ -1,0 +1,381 @@
+"""Prediction of a physical mill from the finished charges of its scaled mills."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from millscale.analysis.charge.measured import measure
+from millscale.analysis.finished import Charge
+from millscale.analysis.finished_campaign import load_campaign
+from millscale.errors import PredictionError
+from millscale.prediction.extrapolation import (
+    SAME_S,
+    Extrapolation,
+    ExtrapolationError,
+    Group,
+    Noise,
+    extrapolate,
+    pooled_noise,
+)
+from millscale.prediction.observables import (
+    OBSERVABLES,
+    Observable,
+    PhysicalMill,
+    balls_per_length,
+    physical_mill,
+)
+
+SCHEMA = 1
+# Differences of the filling beyond this are differences of the mill [share].
+SAME_FILLING = 0.01
+# Residuals that only one mill in a hundred would have if the law held refuse the law.
+LEAST_RESIDUAL_PROBABILITY = 0.01
+# Fewer degrees of freedom make Student's factor so wide that the scatter of the pitches is better.
+FEWEST_SEED_FREEDOM = 2
+
+
+@dataclass(frozen=True)
+class ScaledValue:
+    """An observable as measured in the scaled mills of one S, in the physical mill's unit."""
+
+    S: float
+    mean: float
+    runs: int
+
+
+@dataclass(frozen=True)
+class PredictedNumber:
+    """An observable of the physical mill.
+
+    Attributes:
+        observable: what it is.
+        scale: the physical mill's unit over the dimensionless number.
+        found: dimensionless; None if it is not extrapolated.
+        noise_from: "seeds", or "lifter pitches" of single runs.
+        measured: in the scaled mills, by S.
+        refused: why it is not extrapolated; empty if it is.
+        check: what a physical mill that was left out has; None if none was.
+    """
+
+    observable: Observable
+    scale: float
+    found: Extrapolation | None
+    noise_from: str
+    measured: tuple[ScaledValue, ...]
+    refused: str
+    check: float | None = None
+
+    @property
+    def value(self) -> float | None:
+        return self.scale * self.found.value if self.found else None
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Return the lower and the upper end."""
+        if self.found is None:
+            return None
+        ends = sorted((self.scale * self.found.lower, self.scale * self.found.upper))
+        return ends[0], ends[1]
+
+    @property
+    def is_inside(self) -> bool | None:
+        """Return whether the interval holds the measured value of the mill that was left out."""
+        if self.check is None or self.interval is None:
+            return None
+        return self.interval[0] <= self.check <= self.interval[1]
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON types."""
+        interval = self.interval
+        return {
+            "name": self.observable.name,
+            "unit": self.observable.unit,
+            "value": self.value,
+            "lower": interval[0] if interval else None,
+            "upper": interval[1] if interval else None,
+            "refused": self.refused,
+            "noise_from": self.noise_from,
+            "scale": self.scale,
+            "dimensionless": asdict(self.found) if self.found else None,
+            "measured": [asdict(value) for value in self.measured],
+            "left_out_physical_mill": self.check,
+            "is_inside": self.is_inside,
+        }
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The physical mill and what is predicted of it.
+
+    Attributes:
+        runs: charges used, by S, then seed.
+        excluded: charges that were not used, and why, by id.
+        warnings: what may mislead.
+    """
+
+    mill: PhysicalMill
+    scheme: str
+    policy: str
+    numbers: tuple[PredictedNumber, ...]
+    runs: tuple[Charge, ...]
+    excluded: Mapping[str, str]
+    warnings: tuple[str, ...]
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON types."""
+        return {
+            "schema": SCHEMA,
+            "physical_mill": asdict(self.mill),
+            "scheme": self.scheme,
+            "policy": self.policy,
+            "numbers": [number.document() for number in self.numbers],
+            "runs": [
+                {"campaign": x.campaign, "id": x.id, "S": x.S, "seed": x.seed} for x in self.runs
+            ],
+            "excluded": dict(self.excluded),
+            "warnings": list(self.warnings),
+        }
+
+
+def predict(
+    folders: Sequence[Path],
+    scheme: str | None = None,
+    policy: str | None = None,
+    level: float = 0.95,
+    leave_out_physical: bool = False,
+) -> Prediction:
+    """Predict the physical mill from runs folders of its scaled mills.
+
+    Args:
+        scheme, policy: of the scaled mills to use, where the folders hold several.
+        level: probability of the intervals.
+        leave_out_physical: do not use S = 1, but compare with it.
+
+    Raises:
+        PredictionError: the charges are not scaled mills of one physical mill, are too few or too
+            close together.
+        RunFolderError: a folder holds no campaign, or a damaged one.
+    """
+    charges, excluded = _usable(folders)
+    scheme, policy = _chosen(charges, scheme, policy)
+    wanted = [
+        charge
+        for charge in charges
+        if charge.case.is_physical or (charge.scheme == scheme and charge.policy == policy)
+    ]
+    _check_one_mill(wanted)
+    if leave_out_physical and not any(charge.case.is_physical for charge in wanted):
+        raise PredictionError("no finished charge of S = 1 to compare with: run one, or do not ask")
+    used = [x for x in wanted if not (leave_out_physical and x.case.is_physical)]
+    _check_scaled_mills(used, excluded)
+    mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
+    values = measure(wanted, []).numbers
+    numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
+    if leave_out_physical:
+        truth = [charge for charge in wanted if charge.case.is_physical]
+        numbers = [_with_check(number, truth, values) for number in numbers]
+    return Prediction(
+        mill, scheme, policy, tuple(numbers), tuple(used), excluded, tuple(_warnings(used))
+    )
+
+
+def _usable(folders: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
+    """Return the finished, steady charges, and why the others are not used."""
+    charges, excluded = [], {}
+    for folder in folders:
+        campaign = load_campaign(folder)
+        excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
+        for charge in campaign.charges:
+            if charge.result.steady.is_steady:
+                charges.append(charge)
+            else:
+                excluded[charge.id] = "; ".join(charge.result.steady.reasons)
+    return sorted(charges, key=lambda charge: (charge.S, charge.seed)), excluded
+
+
+def _chosen(charges: Sequence[Charge], scheme: str | None, policy: str | None) -> tuple[str, str]:
+    """Return scheme and policy of the scaled mills; at S = 1 all are the same mill."""
+    found = sorted(
+        {
+            (charge.scheme, charge.policy)
+            for charge in charges
+            if not charge.case.is_physical
+            and scheme in (None, charge.scheme)
+            and policy in (None, charge.policy)
+        }
+    )
+    if len(found) == 1:
+        return found[0]
+    asked = " and ".join(x for x in (scheme, policy) if x)
+    if not found:
+        raise PredictionError(
+            f"no finished and steady charge of a scaled mill{f' of {asked}' if asked else ''}: "
+            "millscale status DIR shows which are missing"
+        )
+    listed = ", ".join(" with ".join(pair) for pair in found)
+    raise PredictionError(f"scaled mills of {listed}: choose with --scheme and --policy")
+
+
+def _check_one_mill(charges: Sequence[Charge]) -> None:
+    first = charges[0]
+    for other in charges[1:]:
+        ours, theirs = _of_physical_mill(first), _of_physical_mill(other)
+        for key, value in ours.items():
+            if not _is_close(value, theirs[key]):
+                raise PredictionError(
+                    f"{first.id} and {other.id} are not of one physical mill: {key} is {value} and "
+                    f"{theirs[key]}; predict each mill from folders of its own"
+                )
+        filling = balls_per_length(other.case) / balls_per_length(first.case)
+        if abs(filling - 1.0) > SAME_FILLING:
+            raise PredictionError(
+                f"{first.id} and {other.id} are not filled alike: {filling:.3f} times the balls "
+                "per length, scaled; the filling must be the same at every S"
+            )
+
+
+def _of_physical_mill(charge: Charge) -> dict[str, Any]:
+    """Return what all scaled mills of one physical mill share, by name."""
+    case = charge.case
+    mill, material = case.physical, case.material
+    friction = material.static_friction_pp / (case.factors.friction or 1.0)
+    return {
+        **{f"physical.{name}": getattr(mill, name) for name in mill.__struct_fields__},
+        "ball density": case.ball.density_kg_m3,
+        "spread of ball radii": case.ball.radius_std_m,
+        "poisson_ratio": material.poisson_ratio,
+        "restitution_pp": material.restitution_pp,
+        "restitution_pw": material.restitution_pw,
+        "static_friction_pp": friction,
+        "static_friction_pw": material.static_friction_pw,
+        "rolling_friction_pp": material.rolling_friction_pp,
+        "rolling_friction_pw": material.rolling_friction_pw,
+    }
+
+
+def _is_close(first: Any, second: Any) -> bool:
+    if isinstance(first, float) and isinstance(second, float):
+        return math.isclose(first, second, rel_tol=1e-9, abs_tol=1e-12)
+    return bool(first == second)
+
+
+def _check_scaled_mills(charges: Sequence[Charge], excluded: Mapping[str, str]) -> None:
+    ratios = sorted({round(charge.S / SAME_S) for charge in charges})
+    if len(ratios) > 1:
+        return
+    found = f"S = {charges[0].S:.4g} alone" if charges else "no scaled mill"
+    unused = f"; not used: {', '.join(excluded)}" if excluded else ""
+    raise PredictionError(
+        f"{found} is finished and steady{unused}: a prediction needs two values of S or more"
+    )
+
+
+def _predicted(
+    observable: Observable,
+    charges: Sequence[Charge],
+    values: Mapping[Charge, Mapping[str, float | None]],
+    mill: PhysicalMill,
+    level: float,
+) -> PredictedNumber:
+    scale = observable.scale(mill)
+    groups = _groups(observable.name, charges, values)
+    measured = tuple(ScaledValue(g.S, scale * g.mean, len(g.values)) for g in groups)
+    number = PredictedNumber(observable, scale, None, "", measured, observable.not_extrapolated)
+    if observable.not_extrapolated:
+        return number
+    if len(groups) < 2:
+        return replace(number, refused="measured at fewer than two values of S")
+    noise, noise_from = _noise(observable.name, groups, charges)
+    if noise is None:
+        return replace(number, refused="its noise is not known: add a seed")
+    try:
+        found = extrapolate(groups, noise, level)
+    except ExtrapolationError as error:
+        return replace(number, refused=str(error))
+    number = replace(number, found=found, noise_from=noise_from)
+    probability = found.residual_probability
+    if probability is not None and probability < LEAST_RESIDUAL_PROBABILITY:
+        reason = f"its values do not follow a power of S (probability {probability:.1g})"
+        return replace(number, found=None, refused=reason)
+    return number
+
+
+def _groups(
+    name: str,
+    charges: Sequence[Charge],
+    values: Mapping[Charge, Mapping[str, float | None]],
+) -> list[Group]:
+    """Return the values of an observable by S."""
+    by_ratio: dict[int, list[tuple[float, float]]] = {}
+    for charge in charges:
+        value = values[charge][name]
+        if value is not None:
+            by_ratio.setdefault(round(charge.S / SAME_S), []).append((charge.S, value))
+    return [
+        Group(found[0][0], tuple(value for _, value in found))
+        for _, found in sorted(by_ratio.items())
+    ]
+
+
+def _noise(
+    name: str, groups: Sequence[Group], charges: Sequence[Charge]
+) -> tuple[Noise | None, str]:
+    """Return the noise of one run, and what it was found from.
+
+    From the seeds where they have degrees of freedom enough; else from the scatter of the lifter
+    pitches within each run, where the analysis gives it.
+    """
+    freedom = sum(len(group.values) - 1 for group in groups)
+    if freedom >= FEWEST_SEED_FREEDOM:
+        return pooled_noise(groups), "seeds"
+    errors = [charge.result.standard_error.get(name) for charge in charges]
+    known = [error for error in errors if error is not None]
+    if len(known) == len(charges):
+        # Whole pitches of each run, their dependence included (`steady.standard_error`).
+        count = sum(charge.result.pitches - 1 for charge in charges)
+        return Noise(math.sqrt(_mean(error**2 for error in known)), float(count)), "lifter pitches"
+    return (pooled_noise(groups), "seeds") if freedom else (None, "")
+
+
+def _with_check(
+    number: PredictedNumber,
+    truth: Sequence[Charge],
+    values: Mapping[Charge, Mapping[str, float | None]],
+) -> PredictedNumber:
+    known = [x for charge in truth if (x := values[charge][number.observable.name]) is not None]
+    return replace(number, check=number.scale * _mean(known)) if known else number
+
+
+def _warnings(charges: Sequence[Charge]) -> Iterable[str]:
+    diameters = {charge.id: _slice_diameters(charge.case) for charge in charges}
+    sliced = {name: d for name, d in diameters.items() if d is not None}
+    if sliced and len(sliced) < len(charges):
+        yield "some runs are slices, others have the mill's whole length"
+    short = min(sliced.values(), default=4.0)
+    if short < 4.0 * (1.0 - SAME_FILLING):
+        yield (
+            f"a slice is {short:.2g} ball diameters long: below four the ends act on the charge "
+            "(docs/results/slice-length.json)"
+        )
+    steps = {charge.case.time.step_s for charge in charges}
+    if max(steps) > 1.01 * min(steps):
+        yield f"time steps of {min(steps):.3g} to {max(steps):.3g} s"
+    if len({charge.stiffness for charge in charges}) > 1:
+        yield "some runs have a fixed Young's modulus, others a matched overlap"
+
+
+def _slice_diameters(case: Any) -> float | None:
+    """Return the length of a slice in ball diameters; None for the whole length."""
+    mill = case.mill
+    if math.isclose(mill.simulated_length_m, mill.length_m, rel_tol=1e-9):
+        return None
+    return float(mill.simulated_length_m / (2.0 * case.ball.radius_m))
+
+
+def _mean(values: Iterable[float]) -> float:
+    known = list(values)
+    return math.fsum(known) / len(known)

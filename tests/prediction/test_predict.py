@@ -1,0 +1,183 @@
+"""The physical mill predicted from made-up charges whose errors follow known powers of S."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from millscale.cli.main import app
+from millscale.errors import PredictionError
+from millscale.prediction.extrapolation import scale_function
+from millscale.prediction.predict import predict
+from synthetic_case import case_document, finish_case, write_campaign, write_case
+from synthetic_charge import charge_columns
+
+BALLS_AT_1 = 20_000
+END = 6.0  # mill angle of the rotation [rad]
+TORQUE, EXPONENT, SLOPE = 0.36, 0.3, 0.02
+SEEDS = {1: 1e-3, 2: -1e-3}  # of the torque, relative
+
+
+def torque_number(S, seed):
+    return (TORQUE + SLOPE * float(scale_function(S, EXPONENT))) * (1.0 + SEEDS[seed])
+
+
+def charge_case(S, seed, scheme="constant-gravity", policy="paper", **changes):
+    case = case_document("multi-ball", scheme, policy, S, round(BALLS_AT_1 / S**3), 0.02)
+    case["id"] += f"-seed{seed}"
+    case["seed"] = seed
+    if policy == "friction-matched":
+        case["factors"]["friction"] = 1.0 / S
+        case["material"]["static_friction_pp"] /= S
+    for path, value in changes.items():
+        part, _, key = path.partition("__")
+        case[part][key] = value
+    return case
+
+
+def columns_of(case, steady=True):
+    """A steady charge whose torque, centre and energy follow the law."""
+    columns, mill = charge_columns(case, END), case["mill"]
+    mass = case["ball"]["mass_kg"] * case["ball"]["count"]
+    weight = mass * mill["gravity_m_s2"] * mill["radius_m"]
+    angle, number = columns["mill_angle_rad"], torque_number(case["S"], case["seed"])
+    wave = 0.02 * np.sin(25.0 * angle)
+    drift = 0.0 if steady else 0.1 * angle / END
+    columns["centre_x_m"] = -mill["radius_m"] * (number + wave + drift)
+    columns["drive_work_J"] = weight * (number * angle + 0.02 * (1.0 - np.cos(25.0 * angle)) / 25.0)
+    columns["angular_momentum_Nms"] = 0.1 * weight * np.ones_like(angle)
+    return columns
+
+
+def write_mills(runs, *cases, unsteady=()):
+    folders = []
+    for case in cases:
+        folders.append(write_case(runs, case, columns_of(case, case["id"] not in unsteady)))
+        finish_case(folders[-1])
+    write_campaign(runs, [folder.name for folder in folders])
+    return runs
+
+
+@pytest.fixture(scope="module")
+def mills(tmp_path_factory):
+    """S = 1, 1.696 and 2.6, two seeds each. Read only."""
+    runs = tmp_path_factory.mktemp("mills")
+    return write_mills(runs, *(charge_case(S, seed) for S in (1.0, 1.696, 2.6) for seed in SEEDS))
+
+
+def named(prediction):
+    return {number.observable.name: number for number in prediction.numbers}
+
+
+def test_power_and_torque_of_the_whole_mill_are_in_their_units(mills):
+    """M g R omega of all its balls, by hand."""
+    found = named(predict([mills], leave_out_physical=True))
+    ball = 2678.0 * 4.0 / 3.0 * math.pi * 0.02**3
+    scale = BALLS_AT_1 * ball * 9.81 * 3.9
+    power, torque = found["power"], found["torque"]
+    assert power.scale == pytest.approx(1e-3 * scale, rel=1e-4)
+    assert power.check == pytest.approx(1e-3 * scale * TORQUE, rel=1e-3)
+    assert power.value == pytest.approx(torque.value, rel=1e-9)  # omega is 1 rad/s
+    assert power.is_inside and torque.is_inside
+    assert abs(power.value / power.check - 1.0) < 0.02
+    nearest = next(value for value in power.measured if value.S == 1.696)
+    assert abs(power.value - power.check) < 0.5 * abs(nearest.mean - power.check)
+
+
+def test_an_interval_is_wider_at_a_higher_level(mills):
+    narrow, wide = (
+        named(predict([mills], level=level, leave_out_physical=True))["power"].interval
+        for level in (0.6, 0.99)
+    )
+    assert wide[0] < narrow[0] < narrow[1] < wide[1]
+
+
+def test_with_the_physical_mill_its_own_value_counts(mills):
+    found = named(predict([mills]))["power"]
+    assert [value.S for value in found.measured] == [1.0, 1.696, 2.6]
+    scale = found.scale
+    assert found.value == pytest.approx(scale * TORQUE, rel=2e-3)
+    half = 0.5 * (found.interval[1] - found.interval[0])
+    assert half < 0.01 * found.value
+
+
+def test_what_does_not_follow_a_law_is_refused_with_its_reason(mills):
+    found = named(predict([mills]))
+    assert "ring one ball diameter" in found["shoulder_angle_rad"].refused
+    assert found["shoulder_angle_rad"].value is None
+    assert found["solid_fraction"].refused == "measured at fewer than two values of S"
+
+
+def test_values_that_no_power_fits_are_refused(tmp_path, monkeypatch):
+    ratios = (1.0, 1.3, 1.696, 2.6)
+    bent = {1.0: 0.0, 1.3: 0.03, 1.696: -0.03, 2.6: 0.03}
+    monkeypatch.setattr(
+        "test_predict.torque_number", lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed])
+    )
+    write_mills(tmp_path, *(charge_case(S, seed) for S in ratios for seed in SEEDS))
+    assert "do not follow a power of S" in named(predict([tmp_path]))["power"].refused
+
+
+def test_the_pitches_give_the_noise_of_single_seeds(tmp_path):
+    write_mills(tmp_path, charge_case(1.696, 1), charge_case(2.6, 1))
+    found = named(predict([tmp_path]))
+    assert found["torque"].noise_from == "lifter pitches"
+    assert found["torque"].value is not None
+    assert "add a seed" in found["kinetic_rotation"].refused
+
+
+def test_unsteady_charges_are_not_used(tmp_path):
+    cases = [charge_case(S, seed) for S in (1.696, 2.6) for seed in SEEDS]
+    name = cases[0]["id"]
+    prediction = predict([write_mills(tmp_path, *cases, unsteady={name})])
+    assert "drifts" in prediction.excluded[name]
+    assert len(prediction.runs) == 3
+
+
+def test_the_physical_friction_of_matched_mills_is_that_of_the_mill(tmp_path):
+    cases = [charge_case(1.0, 1)]
+    cases += [charge_case(S, 1, policy="friction-matched") for S in (1.696, 2.6)]
+    assert predict([write_mills(tmp_path, *cases)]).policy == "friction-matched"
+
+
+def pair_with(**changes):
+    return charge_case(1.696, 1), charge_case(2.6, 1, **changes)
+
+
+@pytest.mark.parametrize(
+    ("cases", "message"),
+    [
+        ((charge_case(2.6, 1), charge_case(2.6, 2)), "S = 2.6 alone is finished and steady"),
+        (pair_with(physical__radius_m=4.0), "not of one physical mill: physical.radius_m is 3.9"),
+        (pair_with(material__static_friction_pp=0.4), "static_friction_pp is 0.5 and 0.4"),
+        (pair_with(ball__count=1000), "not filled alike: 0.879 times"),
+        (
+            (*pair_with(), charge_case(2.6, 1, scheme="constant-speed")),
+            "choose with --scheme and --policy",
+        ),
+        ((charge_case(1.0, 1),), "no finished and steady charge of a scaled mill"),
+    ],
+)
+def test_runs_that_are_not_scaled_mills_of_one_mill_are_refused(tmp_path, cases, message):
+    with pytest.raises(PredictionError, match=message):
+        predict([write_mills(tmp_path, *cases)])
+
+
+def test_a_check_needs_the_physical_mill(tmp_path):
+    write_mills(tmp_path, *pair_with())
+    with pytest.raises(PredictionError, match="no finished charge of S = 1"):
+        predict([tmp_path], leave_out_physical=True)
+
+
+def test_the_command_prints_the_table_and_writes_the_numbers(mills, tmp_path):
+    to = tmp_path / "prediction.json"
+    done = CliRunner().invoke(app, ["predict", str(mills), "--check", "--to", str(to)])
+    assert done.exit_code == 0, done.output
+    power = next(line for line in done.output.splitlines() if " power " in line)
+    assert "kW" in power and "yes" in power
+    assert "not predicted: shoulder" in done.output
+    content = json.loads(to.read_text())
+    assert {"command", "commit", "machine", "date"} <= content.keys()
+    assert content["numbers"][0]["name"] == "power"
