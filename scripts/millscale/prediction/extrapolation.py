@@ -238,9 +238,12 @@ class _Mixture:
 
     def quantile(self, probability: float) -> float:
         freedom = min(self.freedom, 1e9)
-        widest = self.scales.max() * float(stdtrit(freedom, max(probability, 1.0 - probability)))
-        lower, upper = self.centres.min() - widest, self.centres.max() + widest
-        if upper - lower <= 0.0:
+        # Beyond the quantile of every part of the mixture, by rounding at least.
+        widest = float(stdtrit(freedom, max(probability, 1.0 - probability, 0.9)))
+        rounding = 1e-12 * float(np.abs(self.centres).max())
+        reach = 1.01 * widest * float(self.scales.max()) + rounding
+        lower, upper = self.centres.min() - reach, self.centres.max() + reach
+        if upper <= lower:
             return float(lower)
         scales = np.maximum(self.scales, 1e-12 * (upper - lower))
 
@@ -248,5 +251,4 @@ class _Mixture:
             below = stdtr(freedom, (x - self.centres) / scales)
             return float(self.shares @ below) - probability
 
-        margin = 1e-9 * (upper - lower)
-        return float(brentq(excess, lower - margin, upper + margin))
+        return float(brentq(excess, lower, upper))
