@@ -7,7 +7,8 @@ of a group are the scale for the result.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from millscale.analysis.charge.measured import Measured, measure
@@ -20,12 +21,56 @@ from millscale.runs.untrusted import RunFolderError
 Group = Sequence[Charge]
 
 
-def compare_groups(first: Group, second: Group) -> dict[str, Any]:
-    """Return distances between the groups and within them, and differences of their means.
+@dataclass(frozen=True)
+class Distance:
+    """An error between the groups and within them, or 1 minus an overlap or correlation.
 
-    A distance is an error of docs/reference/files.md, or 1 minus an overlap or correlation.
-    The groups agree in a distance if its mean between them is no larger than the largest within
-    one group. They agree in a mean if the groups differ by no more than the range of one group.
+    Attributes:
+        between: mean over the pairs of a case of each group.
+        within_mean, within_largest: over the pairs of seeds of one group.
+    """
+
+    between: float
+    within_mean: float
+    within_largest: float
+    agree: bool
+
+
+@dataclass(frozen=True)
+class Means:
+    """A number of the charges in the mean over each group.
+
+    Attributes:
+        range_of_seeds: the larger of the ranges within a group.
+    """
+
+    first: float
+    second: float
+    difference: float
+    range_of_seeds: float
+    agree: bool
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Two groups compared in all quantities; `first` and `second` are the ids of their cases.
+
+    A distance agrees if its mean between the groups is no larger than the largest within one group.
+    A mean agrees if the groups differ by no more than the range of one group.
+    """
+
+    first: list[str]
+    second: list[str]
+    distances: dict[str, Distance]
+    means: dict[str, Means]
+
+    def document(self) -> dict[str, Any]:
+        """Return the content of a file; keys: docs/reference/result-files.md."""
+        return asdict(self)
+
+
+def compare_groups(first: Group, second: Group) -> Agreement:
+    """Return whether two groups agree.
 
     Args:
         first, second: two seeds or more each.
@@ -43,8 +88,8 @@ def compare_groups(first: Group, second: Group) -> dict[str, Any]:
     return agreement(first, second, measured)
 
 
-def agreement(first: Group, second: Group, measured: Measured) -> dict[str, Any]:
-    """Return the result of `compare_groups` for charges that are measured."""
+def agreement(first: Group, second: Group, measured: Measured) -> Agreement:
+    """Return whether two groups agree whose charges are measured."""
 
     def distances(error: ErrorColumn, pairs: Iterable[Pair]) -> list[float]:
         return _known(error.distance(measured.errors[pair].steady(error.name)) for pair in pairs)
@@ -61,12 +106,12 @@ def agreement(first: Group, second: Group, measured: Measured) -> dict[str, Any]
         if not error.by_curtain
     }
     numbers = {x.name: (means(x.name, first), means(x.name, second)) for x in NUMBERS}
-    return {
-        "first": [charge.id for charge in first],
-        "second": [charge.id for charge in second],
-        "distances": {name: _verdict(*both) for name, both in compared.items() if all(both)},
-        "means": {name: _means(*both) for name, both in numbers.items() if all(both)},
-    }
+    return Agreement(
+        first=[charge.id for charge in first],
+        second=[charge.id for charge in second],
+        distances={name: _distance(*both) for name, both in compared.items() if all(both)},
+        means={name: _means(*both) for name, both in numbers.items() if all(both)},
+    )
 
 
 def _between(first: Group, second: Group) -> list[Pair]:
@@ -81,35 +126,24 @@ def _known(values: Iterable[float | None]) -> list[float]:
     return [value for value in values if value is not None]
 
 
-def _verdict(between: Sequence[float], within: Sequence[float]) -> dict[str, Any]:
+def _distance(between: Sequence[float], within: Sequence[float]) -> Distance:
     mean = sum(between) / len(between)
-    return {
-        "between": mean,
-        "within_mean": sum(within) / len(within),
-        "within_largest": max(within),
-        "agree": mean <= max(within),
-    }
+    return Distance(mean, sum(within) / len(within), max(within), mean <= max(within))
 
 
-def _means(first: Sequence[float], second: Sequence[float]) -> dict[str, Any]:
+def _means(first: Sequence[float], second: Sequence[float]) -> Means:
     a, b = (sum(values) / len(values) for values in (first, second))
     largest = max(max(values) - min(values) for values in (first, second))
-    return {
-        "first": a,
-        "second": b,
-        "difference": a - b,
-        "range_of_seeds": largest,
-        "agree": abs(a - b) <= largest,
-    }
+    return Means(a, b, a - b, largest, abs(a - b) <= largest)
 
 
-def markdown(compared: Mapping[str, Any]) -> str:
-    """Return both parts as one table."""
+def markdown(compared: Agreement) -> str:
+    """Return distances and means as one table."""
     lines = ["| quantity | between groups | between seeds, largest | agree |", "|---|---|---|---|"]
-    for name, found in compared["distances"].items():
-        lines.append(_line(name, found["between"], found["within_largest"], found["agree"]))
-    for name, found in compared["means"].items():
-        lines.append(_line(name, found["difference"], found["range_of_seeds"], found["agree"]))
+    for name, x in compared.distances.items():
+        lines.append(_line(name, x.between, x.within_largest, x.agree))
+    for name, x in compared.means.items():
+        lines.append(_line(name, x.difference, x.range_of_seeds, x.agree))
     return "\n".join(lines)
 
 

@@ -80,7 +80,7 @@ def groups(
         *([load_charge(x) for x in _matching(pattern)] for pattern in (first, second))
     )
     if to:
-        write_json(to, compared)
+        write_json(to, compared.document())
     typer.echo(markdown(compared))
 
 

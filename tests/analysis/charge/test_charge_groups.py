@@ -44,12 +44,12 @@ def test_a_shift_below_the_spread_of_seeds_agrees_and_one_above_does_not():
     near = [Seed("b1", 0.02), Seed("b2", 0.12)]
     far = [Seed("b1", 0.2), Seed("b2", 0.3)]
     for second, agree in ((near, True), (far, False)):
-        found = compared(first, second)["distances"]
+        found = compared(first, second).distances
         assert set(found) == {"contour_error_mean", "power_error", "1 - massflow_correlation"}
-        assert {entry["agree"] for entry in found.values()} == {agree}
+        assert {entry.agree for entry in found.values()} == {agree}
     one = found["contour_error_mean"]
-    assert one["between"] == pytest.approx(0.2)  # 0.2, 0.3, 0.1, 0.2
-    assert one["within_largest"] == pytest.approx(0.1)
+    assert one.between == pytest.approx(0.2)  # 0.2, 0.3, 0.1, 0.2
+    assert one.within_largest == pytest.approx(0.1)
 
 
 def test_means_agree_within_the_range_of_seeds():
@@ -57,10 +57,10 @@ def test_means_agree_within_the_range_of_seeds():
     for shift, agree in ((0.001, True), (0.005, False)):
         second = [Seed(f"b{i}", seed.place, seed.torque + shift) for i, seed in enumerate(first)]
         table = compared(first, second)
-        (found,) = table["means"].values()
-        assert found["difference"] == pytest.approx(-shift)
-        assert found["range_of_seeds"] == pytest.approx(0.002)
-        assert found["agree"] is agree
+        (found,) = table.means.values()
+        assert found.difference == pytest.approx(-shift)
+        assert found.range_of_seeds == pytest.approx(0.002)
+        assert found.agree is agree
         assert f"| torque | {-shift:.4f} | 0.0020 | {'yes' if agree else 'no'} |" in markdown(table)
 
 
