@@ -1,6 +1,6 @@
 """Numbers and durations for people."""
 
-from millscale.formats import degrees, duration, hundredths, number, percent
+from millscale.formats import counted, degrees, duration, hundredths, number, percent
 
 
 def test_numbers_for_people():
@@ -14,3 +14,7 @@ def test_numbers_for_people():
     given = (3.14, 9.96, 59.4, 59.6, 185, 8000, None)
     shown = ["3.1 s", "10 s", "59 s", "1 min 0 s", "3 min 5 s", "2 h 13 min", "–"]
     assert [duration(x) for x in given] == shown
+
+
+def test_a_count_has_its_noun_in_the_singular_or_plural():
+    assert [counted(n, "case") for n in (0, 1, 2)] == ["no cases", "1 case", "2 cases"]

@@ -7,6 +7,11 @@ import math
 NONE = "–"
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, whose plural ends in s: 1 case, 2 cases, no cases."""
+    return f"{count or 'no'} {noun}{'' if count == 1 else 's'}"
+
+
 def number(value: float | None, digits: int = 3) -> str:
     """Return a number with fixed decimals, or with three digits if those would show none."""
     if value is None:

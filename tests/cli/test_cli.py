@@ -113,7 +113,7 @@ def test_plan_prints_json_rows(millscale):
 
 def test_generate_makes_complete_folders_and_runs_no_engine(millscale):
     done = millscale("generate")
-    assert done.returncode == 0 and "3 cases, 3 folders made, 0 as they were" in done.stdout
+    assert done.returncode == 0 and "3 cases: 3 written, 0 unchanged" in done.stdout
     assert (millscale.runs / "campaign.json").exists()
     for case_id, kind in ((SINGLE_BALLS[0], "single-ball"), (CHARGE, "multi-ball")):
         before_engine = takewhile(lambda stage: not stage.deck, STAGES[kind])
@@ -128,7 +128,7 @@ def test_generate_again_touches_nothing(millscale):
     assert millscale("generate").returncode == 0
     before = millscale.dates()
     done = millscale("generate")
-    assert "3 cases, 0 folders made, 3 as they were" in done.stdout
+    assert "3 cases: 0 written, 3 unchanged" in done.stdout
     assert millscale.dates() == before
 
 
@@ -142,7 +142,7 @@ def test_generate_names_the_stage_that_failed(millscale):
     (line,) = done.stderr.splitlines()
     assert line.startswith(f"{CHARGE}: mesh failed: ") and "to do: " in line
     (folder / "mesh.part").unlink()
-    assert "3 cases, 1 folders made, 2 as they were" in millscale("generate").stdout
+    assert "3 cases: 1 written, 2 unchanged" in millscale("generate").stdout
 
 
 def test_status_of_waiting_and_finished_cases(finished):

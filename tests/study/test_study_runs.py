@@ -262,7 +262,7 @@ def test_ctrl_c_ends_the_study_with_its_code(tmp_path, monkeypatch):
 
     monkeypatch.setattr(command, "run_campaign", interrupted)
     code, _, errors = millscale("study", write_study(tmp_path), "--runs", tmp_path / "runs")
-    assert code == 130 and "the same command goes on" in errors
+    assert code == 130 and "repeat the command to resume" in errors
     assert (tmp_path / "runs/study.json").exists()
 
 

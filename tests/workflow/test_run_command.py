@@ -118,7 +118,7 @@ def test_an_interrupted_run_ends_its_engines_and_resumes(finished, wait_for, num
     assert busy.returncode == 2 and f"in use by process {process.pid} on" in busy.stderr
     process.send_signal(number)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130 and "the same command goes on" in errors
+    assert process.returncode == 130 and "repeat the command to resume" in errors
     length = series.stat().st_size
     time.sleep(1.5)
     assert series.stat().st_size == length, "the engine still writes"

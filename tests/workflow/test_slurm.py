@@ -122,7 +122,7 @@ def test_an_interrupted_run_takes_its_jobs_out_of_the_queue(on_slurm, wait_for):
     wait_for(series.exists)
     process.send_signal(signal.SIGTERM)
     code, output = on_slurm.end(process)
-    assert code == 130 and "the same command goes on" in output
+    assert code == 130 and "repeat the command to resume" in output
     (number,) = on_slurm.attempts()
     wait_for(lambda: on_slurm.shown(number)["JobState"] == "CANCELLED")
     length = series.stat().st_size if series.exists() else 0

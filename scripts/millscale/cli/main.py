@@ -18,6 +18,7 @@ from millscale.cli.bench import bench
 from millscale.cli.options import (
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
+    INTERRUPTED_MESSAGE,
     Campaign,
     DryRun,
     IgnoreDisk,
@@ -43,6 +44,7 @@ from millscale.engine.ending_signals import INTERRUPTED
 from millscale.engine.environment import COMMAND_VARIABLE, TIME_LIMIT_VARIABLE
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError, EngineError, PredictionError
+from millscale.formats import counted
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
@@ -92,16 +94,16 @@ def options(
 
 @app.command()
 def plan(file: Campaign, as_json: Json = False) -> None:
-    """Show the cases of a campaign: every derived number, the time step's limits, the cost.
+    """Show the cases of a campaign: derived numbers, limits of the time step, cost.
 
-    Writes nothing. Example: `millscale plan campaigns/paper-single-ball.toml --json`
+    Writes no file. Example: `millscale plan campaigns/paper-single-ball.toml --json`
     """
     from millscale.campaign.build import load_campaign
     from millscale.workflow.plan import plan_rows, render_plan
 
     rows = plan_rows(load_campaign(file))
     if as_json:
-        # A line for each case: json indents slowly, and there may be ten thousand.
+        # One line for each case: indentation is slow, and there may be ten thousand cases.
         typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
         console_of().print(render_plan(rows))
@@ -109,11 +111,11 @@ def plan(file: Campaign, as_json: Json = False) -> None:
 
 @app.command()
 def generate(file: Campaign, runs: RunsOption) -> None:
-    """Write a complete folder per case, and run no engine: case.json, mesh, charge, decks, and
-    mpirun.sh with the engine's runs.
+    """Write a complete folder for each case, without running the engine.
 
-    `cd DIR/cases/ID && sh mpirun.sh` then simulates the case, without Python, and `millscale run`,
-    `status` and `report` use what it made. What would not change is left alone.
+    A folder holds case.json, mesh, charge, decks and mpirun.sh. `sh mpirun.sh` in the folder
+    simulates the case without Python; `millscale run`, `status` and `report` use its results.
+    Files that would not change stay as they are.
 
     Example: `millscale generate campaigns/quick.toml --runs runs/quick`
     """
@@ -123,7 +125,7 @@ def generate(file: Campaign, runs: RunsOption) -> None:
     from millscale.workflow.run_command import request
     from millscale.workflow.without_engine import prepare
 
-    # Nothing runs: attempts may have more ranks than this machine has cores.
+    # No engine runs here: attempts may have more ranks than this machine has cores.
     asked = request(file, runs, [], CoreWish(oversubscribe=True))
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:
@@ -132,17 +134,16 @@ def generate(file: Campaign, runs: RunsOption) -> None:
             folders = {runs / CASES_FOLDER / x.id: asked.allocation.ranks[x.id] for x in cases}
             made, failed = prepare(folders, count)
     except KeyboardInterrupt:
-        typer.echo(
-            "interrupted: folders made are kept, the same command makes the others", err=True
-        )
+        typer.echo("interrupted: finished folders are kept; repeat the command", err=True)
         raise typer.Exit(INTERRUPTED) from None
     for line in failed:
         typer.echo(line, err=True)
     if failed:
         raise typer.Exit(EXIT_FAILED)
-    typer.echo(f"{runs}: {len(cases)} cases, {made} folders made, {len(cases) - made} as they were")
+    kept = len(cases) - made
+    typer.echo(f"{runs}: {counted(len(cases), 'case')}: {made} written, {kept} unchanged")
     first, line = shlex.quote(str(next(iter(folders)))), ["millscale", "run", file, "--runs", runs]
-    typer.echo(f"next: {shlex.join(map(str, line))}, or in a case folder: sh mpirun.sh, as in")
+    typer.echo(f"next: {shlex.join(map(str, line))}, or for each case:")
     typer.echo(f"  (cd {first} && sh mpirun.sh)")
 
 
@@ -162,14 +163,13 @@ def run(
     slurm: Slurm = False,
     profile: Profile = None,
 ) -> None:
-    """Bring every case to its result: mesh, deck, settling, rotation, analysis.
+    """Run every case: mesh, deck, settling, rotation, analysis.
 
-    Runs only what is missing or was made from other inputs; a changed campaign reruns the cases it
-    changes. Ctrl-C ends the engines; the same command then goes on with the stages not yet done,
-    on the ranks they began with. A case that fails does not stop the others.
+    Only stages run whose products are missing or were made from other inputs. After Ctrl-C, repeat
+    the command to resume, on the same number of ranks. A case that fails does not stop the others.
 
-    Engine: `liggghts_mill` beside this Python, on the PATH or in build/; MILLSCALE_ENGINE names
-    another.
+    The engine is `liggghts_mill` beside this Python, on the PATH or in build/; the environment
+    variable MILLSCALE_ENGINE names another.
 
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
@@ -198,9 +198,7 @@ def run(
     try:
         raise typer.Exit(0 if run_campaign(asked, console_of()) else EXIT_FAILED)
     except KeyboardInterrupt:
-        typer.echo(
-            "interrupted: finished stages are kept, the same command goes on from there", err=True
-        )
+        typer.echo(INTERRUPTED_MESSAGE, err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 
@@ -209,24 +207,22 @@ def status(
     runs: RunsArgument,
     as_json: Json = False,
     watch: Annotated[
-        bool, typer.Option("--watch", help="Show it anew until nothing runs any more; Ctrl-C ends.")
+        bool, typer.Option("--watch", help="Repeat until no case runs; Ctrl-C ends it.")
     ] = False,
-    every: Annotated[
-        float, typer.Option(metavar="S", help="Time between two looks [s], with --watch.")
-    ] = 2.0,
+    every: Annotated[float, typer.Option(metavar="S", help="Interval of --watch [s].")] = 2.0,
     silence: Annotated[
         float,
         typer.Option(
             "--silence",
             metavar="S",
-            help="An engine that writes nothing for so long [s] makes no progress.",
+            help="An engine that writes nothing for this time [s] makes no progress.",
         ),
     ] = SILENCE,
 ) -> None:
-    """Show the stage of every case, how far it is, its rate, the time left and the last problem.
+    """Show stage, progress, rate, time left and last problem of every case.
 
-    Reads files alone, from any terminal, beside a run or after it. With --json and --watch each
-    look is one line.
+    Reads files only: call it from any terminal, during a run or after it. With --json and --watch
+    each state is one line.
 
     Example: `millscale status runs/quick --watch`
     """
@@ -243,8 +239,7 @@ def status(
 
 @app.command()
 def verify(runs: RunsArgument, as_json: Json = False) -> None:
-    """Check every file of a runs folder: products against the digests recorded when they were made,
-    case.json against the campaign, decks against this version.
+    """Compare every file of a runs folder with its recorded digest, its campaign and this version.
 
     Exit code 1 if anything differs. Example: `millscale verify runs/quick`
     """
@@ -257,8 +252,8 @@ def verify(runs: RunsArgument, as_json: Json = False) -> None:
         for difference in found.differences:
             typer.echo(str(difference))
         typer.echo(
-            f"{found.cases} cases, {found.files} files checked: "
-            f"{len(found.differences) or 'no'} differences"
+            f"{counted(found.cases, 'case')}, {counted(found.files, 'file')} checked: "
+            f"{counted(len(found.differences), 'difference')}"
         )
     if found.differences:
         raise typer.Exit(EXIT_FAILED)
@@ -266,9 +261,9 @@ def verify(runs: RunsArgument, as_json: Json = False) -> None:
 
 @app.command()
 def report(runs: RunsArgument, as_json: Json = False) -> None:
-    """Compare the finished cases: DIR/report/index.html, a page of its own, and results.json.
+    """Compare the finished cases: write DIR/report/index.html and results.json.
 
-    Cases that were run by hand are analysed first.
+    The page needs no other file. Cases that were run by hand are analysed first.
 
     Example: `millscale report runs/quick --json`
     """
@@ -293,7 +288,7 @@ app.add_typer(validate, name="validate")
 
 
 def main() -> None:
-    """Entry point; what the user can mend ends in one line and exit code 2."""
+    """Run the command line; an error that the user can correct is one line and exit code 2."""
     escape_unencodable()
     try:
         app(prog_name="millscale")

@@ -1,4 +1,4 @@
-"""What the commands of `millscale` share: arguments and options, exit codes, the console."""
+"""Arguments, options, exit codes and the console that several commands use."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from millscale.workflow.targets import TARGETS
 
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
+INTERRUPTED_MESSAGE = "interrupted: finished stages are kept; repeat the command to resume"
 _WIDTH = 140
 
 Campaign = Annotated[
@@ -24,9 +25,7 @@ RunsArgument = Annotated[
 ]
 RunsOption = Annotated[
     Path,
-    typer.Option(
-        "--runs", metavar="DIR", help="Folder of the runs; each case works in DIR/cases/ID."
-    ),
+    typer.Option("--runs", metavar="DIR", help="Runs folder; a case is in DIR/cases/ID."),
 ]
 RunsArguments = Annotated[
     list[Path], typer.Argument(metavar="DIR...", help="Runs folders of finished campaigns.")
@@ -41,35 +40,33 @@ Ranks = Annotated[
     int | None,
     typer.Option(
         metavar="N",
-        help="MPI ranks of a multi-ball case; single balls take one. Default: the campaign's.",
+        help="MPI ranks of a multi-ball case; a single ball has one. Default: the campaign's.",
     ),
 ]
 Jobs = Annotated[
-    int | None, typer.Option(metavar="M", help="Cases at a time. Default: the campaign's.")
+    int | None, typer.Option(metavar="M", help="Cases that run at a time. Default: the campaign's.")
 ]
 Only = Annotated[
     list[str] | None,
-    typer.Option(metavar="ID", help="Only this case; repeatable; `*` stands for any text."),
+    typer.Option(metavar="ID", help="Run only this case; repeatable; `*` stands for any text."),
 ]
 DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="Show the stages and the mpirun lines; write nothing.")
+    bool, typer.Option("--dry-run", help="Show stages and mpirun commands; write no file.")
 ]
 Oversubscribe = Annotated[
-    bool, typer.Option("--oversubscribe", help="Allow more ranks x jobs than there are cores.")
+    bool, typer.Option("--oversubscribe", help="Allow ranks x jobs to exceed the cores.")
 ]
 IgnoreDisk = Annotated[
-    bool, typer.Option("--ignore-disk", help="Run even if the disk seems too small.")
+    bool, typer.Option("--ignore-disk", help="Run although the disk may be too small.")
 ]
 TimeLimit = Annotated[
     float | None,
-    typer.Option(
-        metavar="S", help="Longest wall time of a stage [s]; it then ends and has failed."
-    ),
+    typer.Option(metavar="S", help="Wall time [s] after which a stage fails."),
 ]
 StartOver = Annotated[
     bool,
     typer.Option(
-        "--start-over", help="Begin stages that ended early anew, on any number of ranks."
+        "--start-over", help="Restart interrupted stages from their begin, on any number of ranks."
     ),
 ]
 _PLACES = ", ".join(f"{name} ({target.about})" for name, target in TARGETS.items())
@@ -85,18 +82,18 @@ Profile = Annotated[
         metavar="DIR", help="Folder with config.yaml of a cluster, such as profiles/slurm."
     ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, and nothing else.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only JSON, in SI units.")]
 
 
-# Times of options [s]; the system's timers count no more than some centuries.
+# Times of options [s]; timers of the system end after some centuries.
 SHORTEST_S, LONGEST_S = 0.1, 1e9
 
 
 def check_seconds(command: str, option: str, seconds: float) -> None:
-    """Refuse a wall time that is none.
+    """Refuse a wall time that is too short, too long or not a number.
 
     Raises:
-        CampaignError: says what is accepted.
+        CampaignError: states what is accepted.
     """
     if not SHORTEST_S <= seconds <= LONGEST_S:
         accepted = f"{SHORTEST_S:g} to {LONGEST_S:g} s"
@@ -114,6 +111,6 @@ def check_at_least(command: str, option: str, value: int, least: int) -> None:
 
 
 def console_of(stderr: bool = False) -> Console:
-    """Tables of a pipe or a file are not cut to the width of a terminal that is not there."""
+    """Return the console of an output; tables in a pipe or a file have a fixed width."""
     shown = sys.stderr if stderr else sys.stdout
     return Console(stderr=stderr) if shown.isatty() else Console(stderr=stderr, width=_WIDTH)

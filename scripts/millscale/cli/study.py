@@ -12,6 +12,7 @@ import typer
 
 from millscale.cli.options import (
     EXIT_FAILED,
+    INTERRUPTED_MESSAGE,
     IgnoreDisk,
     Jobs,
     Json,
@@ -32,29 +33,28 @@ def study(
     runs: Annotated[
         Path | None,
         typer.Option(
-            "--runs", metavar="DIR", help="Folder of the runs; each setting in DIR/settings/NAME."
+            "--runs", metavar="DIR", help="Runs folder; a setting is in DIR/settings/NAME."
         ),
     ] = None,
     only_plan: Annotated[
-        bool, typer.Option("--plan", help="Show settings and predicted time; write nothing.")
+        bool, typer.Option("--plan", help="Show settings and predicted time; write no file.")
     ] = False,
     taken_from: Annotated[
         list[Path] | None,
         typer.Option(
             "--from",
             metavar="DIR",
-            help="A runs folder whose finished cases are taken where they are the same; "
-            "repeatable.",
+            help="Runs folder whose finished cases are reused if they are the same; repeatable.",
         ),
     ] = None,
     only: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME", help="Run this setting only; repeatable; `*` stands for any text."
+            metavar="NAME", help="Run only this setting; repeatable; `*` stands for any text."
         ),
     ] = None,
     no_run: Annotated[
-        bool, typer.Option("--no-run", help="Compare what is finished; run nothing.")
+        bool, typer.Option("--no-run", help="Compare finished cases; run none.")
     ] = False,
     ranks: Ranks = None,
     jobs: Jobs = None,
@@ -63,16 +63,16 @@ def study(
     to: Annotated[
         Path | None,
         typer.Option(
-            metavar="JSON", help="Also put the results into this file, beside other studies'."
+            metavar="JSON", help="Also add the results to this file, which may hold other studies."
         ),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Run a campaign in several settings (step, wall, contacts, S, ...) and compare each with the
-    reference: time against error, the front, and the setting to take for 1, 3 and 10 %.
+    """Run a parameter study and compare each setting with the reference: time against error.
 
-    Writes DIR/report/index.html and speed-against-error.json. Ctrl-C ends it; the same command then
-    goes on. See docs/guide/study.md.
+    A setting changes keys of a campaign: step, wall, contacts, S, ... The page shows the Pareto
+    front and the fastest setting within 1, 3 and 10 % of error. Writes DIR/report/index.html and
+    speed-against-error.json. After Ctrl-C, repeat the command to resume. See docs/guide/study.md.
 
     Examples: `millscale study campaigns/study-S2.6.toml --plan`,
     `millscale study campaigns/study-ladder.toml --runs runs/ladder --from runs/paper-multi-ball`
@@ -99,10 +99,10 @@ def study(
         return
     os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     try:
-        # With --json the progress goes elsewhere.
+        # With --json, standard output is for the results.
         done, _ = run_and_compare(call, console_of(stderr=as_json))
     except KeyboardInterrupt:
-        typer.echo("interrupted: finished stages are kept, the same command goes on", err=True)
+        typer.echo(INTERRUPTED_MESSAGE, err=True)
         raise typer.Exit(INTERRUPTED) from None
     if as_json:
         typer.echo(results_text(call))
