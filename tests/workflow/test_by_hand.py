@@ -17,7 +17,7 @@ import pytest
 import small_campaign
 from millscale.engine.deck_run import ENGINE, find_engine
 from millscale.runs.provenance import read_provenance
-from millscale.workflow.run_job import bring
+from millscale.workflow.run_job import run_case
 from millscale.workflow.stage_record import read_record
 from millscale.workflow.status import campaign_status
 from millscale.workflow.verify import verify
@@ -366,7 +366,7 @@ def test_after_settling_by_hand_a_run_rotates(generated, run_once):
     subprocess.run(line[0], shell=True, cwd=case, env=environment(**root), check=True)
     settled = (case / "settled.restart").stat().st_mtime_ns
     assert states(generated.parent)[CHARGE]["stage"] == "rotate"
-    bring(case, ranks)
+    run_case(case, ranks)
     assert (case / "settled.restart").stat().st_mtime_ns == settled
     record = read_provenance(case)
     assert record["settle"]["by"] == "hand" and "by" not in record["rotate"]
@@ -456,7 +456,7 @@ def test_what_cannot_be_shown_to_be_of_this_case_is_not_used(by_hand, change, re
     case = by_hand / "cases" / ONE
     change(case)
     before = engine_files(case)
-    bring(case, 1)
+    run_case(case, 1)
     record = read_record(case)
     assert (record.state, record.kind) == ("failed", "by hand")
     assert reason in record.cause and "move what is named to another folder" in record.advice
@@ -475,7 +475,7 @@ def test_after_an_edit_of_the_campaign_runs_by_hand_are_those_of_before(by_hand)
     case = by_hand / "cases" / ONE
     before = engine_files(case)
     assert "log.settle is not of this case" in by_script(case, code=1)
-    bring(case, 1)
+    run_case(case, 1)
     assert "log.settle is not of this case.json" in read_record(case).cause
     assert engine_files(case) == before
 
@@ -498,10 +498,10 @@ def test_a_run_by_hand_that_was_ended_early_is_shown_and_goes_on(long_once, tmp_
     (row,) = campaign_status(runs)
     assert (row.state, row.failure) == ("failed", "by hand") and "log.rotate ends at" in row.problem
     before = engine_files(case)
-    bring(case, 1)
+    run_case(case, 1)
     assert engine_files(case) == before and read_record(case).state == "failed"
     by_script(case)
-    bring(case, 1)
+    run_case(case, 1)
     assert (case / "result.json").exists()
     timing = json.loads((case / "timing.json").read_text())
     assert timing["attempts"] == 2 and timing["ranks"] == 1

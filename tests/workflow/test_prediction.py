@@ -40,7 +40,7 @@ def test_predictions_are_held_against_what_the_runs_took(two):
     line = error_line(runs)
     error = (expected + as_expected) / (2.0 * expected + as_expected) - 1.0
     assert "rotation of 2 cases" in line and f"error {error:+.0%}" in line
-    assert f"farthest off {one.id}" in line
+    assert f"largest error {one.id}" in line
 
 
 def test_the_rest_of_a_run_counts_for_the_whole_in_proportion(two):

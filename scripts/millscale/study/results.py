@@ -233,9 +233,16 @@ def published(results: Sequence[StudyResults], provenance: Document) -> Document
 
 
 def with_study(content: Document, added: Document) -> Document:
-    """Return speed-against-error.json with the studies of another file in place of its own of the
-    same name."""
+    """Return speed-against-error.json with the studies of another file, which replace its own.
+
+    Other keys of the file, such as `withdrawn`, stay.
+    """
     names = added["studies"].keys()
     kept = [row for row in content["rows"] if row["study"] not in names]
     studies = {name: s for name, s in content["studies"].items() if name not in names}
-    return {**added, "rows": [*kept, *added["rows"]], "studies": studies | added["studies"]}
+    return {
+        **content,
+        **added,
+        "rows": [*kept, *added["rows"]],
+        "studies": studies | added["studies"],
+    }

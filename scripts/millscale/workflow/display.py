@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from millscale.engine.machine import Allocation
-from millscale.formats import duration
+from millscale.formats import counted, duration
 from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER
 from millscale.workflow.predictions import error_line, time_left
@@ -45,7 +45,7 @@ class Watch(Protocol):
 def watching(
     console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
 ) -> Iterator[Watch]:
-    """A function that shows where the cases are, to be called often."""
+    """Yield a function that shows the status of the cases; call it often."""
     if not console.is_terminal:
         lines = _Lines(console, runs, cases, allocation)
         try:
@@ -63,7 +63,7 @@ def watching(
 
 @contextmanager
 def counting(console: Console, what: str) -> Iterator[Callable[[int, int], None]]:
-    """A function that shows how many of how many are done: a bar, or lines outside a terminal."""
+    """Yield a function that shows how many are done: a bar, or lines outside a terminal."""
     if console.is_terminal:
         with Progress(*Progress.get_default_columns(), console=console, transient=True) as bar:
             task = bar.add_task(what, total=None)
@@ -84,7 +84,7 @@ def show(runs: Path, silence: float, as_json: bool, console: Console) -> None:
     """Print the status of every case, as a table or as JSON.
 
     Args:
-        silence: an engine that writes nothing for so long makes no progress [s].
+        silence: an engine that writes nothing for this time makes no progress [s].
     """
     statuses = campaign_status(runs, silence)
     if as_json:
@@ -97,10 +97,10 @@ def show(runs: Path, silence: float, as_json: bool, console: Console) -> None:
 
 
 def watch_status(runs: Path, silence: float, as_json: bool, every: float, console: Console) -> None:
-    """Show the status again and again, until no case runs.
+    """Show the status repeatedly until no case runs.
 
     Args:
-        every: time between two looks [s].
+        every: interval [s].
     """
     with Live(console=console, auto_refresh=False) as live:
         while True:
@@ -126,12 +126,13 @@ def _counts(statuses: Sequence[CaseStatus]) -> str:
     done = sum(x.step * x.balls for x in statuses)
     percent = 100.0 * done / steps if steps else 100.0
     return (
-        f"{time.strftime('%H:%M:%S')} {len(statuses)} cases: {', '.join(counts)}; {percent:.0f} %"
+        f"{time.strftime('%H:%M:%S')} {counted(len(statuses), 'case')}: "
+        f"{', '.join(counts)}; {percent:.0f} %"
     )
 
 
 def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Table:
-    """A row per case: state, stage, steps, simulated time, rate, time left."""
+    """Return a row for each case: state, stage, steps, simulated time, rate, time left."""
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     table.add_column("case", no_wrap=True)
     for name in ("state", "stage"):
@@ -166,7 +167,8 @@ def _overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: 
     steps = sum(x.steps * x.balls for x in statuses)
     percent = 100.0 * sum(x.step * x.balls for x in statuses) / steps
     left = duration(time_left(statuses, {case.id: case for case in cases}, allocation))
-    return f"{len(statuses)} cases: {', '.join(counts)}; {percent:.0f} %, about {left} left"
+    cases_text = counted(len(statuses), "case")
+    return f"{cases_text}: {', '.join(counts)}; {percent:.0f} %, about {left} left"
 
 
 def _view(runs: Path, cases: Sequence[Case], allocation: Allocation) -> Group:
@@ -175,7 +177,7 @@ def _view(runs: Path, cases: Sequence[Case], allocation: Allocation) -> Group:
 
 
 def status_view(runs: Path, statuses: Sequence[CaseStatus], title: str | None = None) -> Group:
-    """The table, cut to what a screen shows, and the problems below it."""
+    """Return the table, cut to the length of a screen, and the problems below it."""
     rows = statuses
     if len(rows) > _MOST_ROWS:
         rows = [x for x in statuses if x.state in ("running", "failed")][:_MOST_ROWS]
@@ -184,7 +186,7 @@ def status_view(runs: Path, statuses: Sequence[CaseStatus], title: str | None = 
 
 
 def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
-    """Two lines per case with a problem: stage, cause and log; what to do."""
+    """Return two lines for each case with a problem: stage, cause and log; what to do."""
     lines = []
     for x in (x for x in statuses if x.problem):
         log = runs / CASES_FOLDER / x.id / x.log
@@ -194,8 +196,9 @@ def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
 
 
 class _Paced:
-    """Calls a function every `interval` seconds, or less often if that took over a fiftieth of
-    the time: looking at ten thousand cases must not take a core from them.
+    """Call a function every `interval` seconds, and at most a fiftieth of the time.
+
+    Reading the files of ten thousand cases must not take a core from them.
     """
 
     def __init__(self, interval: float, call: Watch) -> None:
@@ -210,7 +213,7 @@ class _Paced:
 
 
 class _Lines:
-    """Prints a line when a case changes state or stage, and the overall progress now and then."""
+    """Print a line when a case changes state or stage, and the overall progress regularly."""
 
     def __init__(
         self, console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
@@ -223,16 +226,16 @@ class _Lines:
     def __call__(self) -> None:
         statuses = _statuses(self._runs, self._cases)
         for status in statuses:
-            self._tell(status)
+            self._print_change(status)
         if time.monotonic() >= self._next_line:
             self._print(_overall(statuses, self._cases, self._allocation))
             self._next_line = time.monotonic() + _LINE_EVERY_S
 
-    def _tell(self, status: CaseStatus) -> None:
+    def _print_change(self, status: CaseStatus) -> None:
         now = (status.state, status.stage, status.failure)
         before = self._seen.get(status.id)
         self._seen[status.id] = now
-        # What failed or was interrupted before this run is about to be tried again.
+        # A case that failed or was interrupted before this run is about to run again.
         old = before is None and status.state in ("failed", "interrupted")
         if now == before or old or status.state == "waiting":
             return

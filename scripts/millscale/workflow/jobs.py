@@ -1,4 +1,4 @@
-"""What the workflow runs: jobs, each of one case or of several small ones, in DIR/.jobs/<run>/."""
+"""Jobs of a run: one case each, or several small ones. Their file is in DIR/.jobs/<run>/."""
 
 from __future__ import annotations
 
@@ -93,8 +93,10 @@ def _job(group: Sequence[Case], allocation: Allocation, times: dict[str, float])
 
 
 def write_jobs(runs: Path, jobs: Sequence[Job]) -> Path:
-    """Write the jobs of a run; returns the file. What earlier runs left goes: so a job of theirs
-    that still waits in a cluster's queue ends at once, instead of running cases a second time.
+    """Write the jobs of a run; return the file.
+
+    Jobs of earlier runs are deleted, so that a job that still waits in a queue ends at once
+    instead of running its cases a second time.
     """
     shutil.rmtree(runs / JOBS_FOLDER, ignore_errors=True)
     folder = runs / JOBS_FOLDER / f"{int(time.time())}-{os.getpid()}"
@@ -105,7 +107,7 @@ def write_jobs(runs: Path, jobs: Sequence[Job]) -> Path:
 
 
 def read_jobs(file: Path) -> list[Job]:
-    """The jobs of a run.
+    """Return the jobs of a run.
 
     Raises:
         RunFolderError: the file is not one of `write_jobs`.
@@ -120,5 +122,5 @@ def read_jobs(file: Path) -> list[Job]:
 
 
 def job_named(jobs: Iterable[Job], name: str) -> Job:
-    """The job of that name; KeyError if there is none."""
+    """Return the job of a name; KeyError if there is none."""
     return {job.name: job for job in jobs}[name]

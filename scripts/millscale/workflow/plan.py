@@ -1,4 +1,4 @@
-"""The plan of a campaign: its cases with every derived number, before anything is written."""
+"""Plan of a campaign: its cases, their derived numbers and their cost."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from millscale.cases.case import cases_of
 from millscale.cases.cost import wall_time
 from millscale.cases.output_size import size_text
 from millscale.engine.machine import CoreWish, available_cores
-from millscale.formats import duration
+from millscale.formats import counted, duration
 from millscale.runs.case_file import Case
 from millscale.workflow.placement import makespan, place
 
 Row = dict[str, Any]
-# More nobody reads.
+# A longer table is not readable in a terminal.
 MOST_ROWS = 200
 
 
 def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
-    """One row for each case; SI units, the unit at the end of each key.
+    """Return a row for each case; SI units, the unit at the end of each key.
 
     Args:
-        ranks: MPI ranks to predict multi-ball cases for, on any machine; if None what `millscale
-            run` would take on this one.
+        ranks: MPI ranks of multi-ball cases, on any machine; None for those that `millscale run`
+            would use on this one.
     """
     cases = cases_of(campaign)
     if ranks:
@@ -38,7 +38,7 @@ def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
 
 
 def rows_of(cases: Sequence[Case], campaign: Campaign) -> list[Row]:
-    """`plan_rows` of cases of a campaign that are at hand, as `millscale run` would place them."""
+    """Return `plan_rows` of some cases of a campaign, with the ranks of `millscale run` here."""
     usual = CoreWish(campaign.ranks, campaign.jobs)
     chosen = place(cases, CoreWish(), usual)
     return [_row(case, chosen.ranks[case.id], chosen.notes) for case in cases]
@@ -78,9 +78,9 @@ def _row(case: Case, ranks: int, notes: tuple[str, ...] = ()) -> Row:
 
 
 def render_plan(rows: list[Row]) -> Group:
-    """The plan for a terminal: cases, their cost, warnings, what is modelled and what is not."""
+    """Return the plan for a terminal: cases, cost, warnings, what is modelled and left out."""
     table = Table(
-        title=f"{len(rows)} cases", title_justify="left", caption_justify="left", box=None
+        title=counted(len(rows), "case"), title_justify="left", caption_justify="left", box=None
     )
     table.caption = (
         "dt/T_R: step over Rayleigh time; dt/limit: over the damping limit of the bed; "
@@ -116,7 +116,7 @@ COLUMNS = (
 
 
 def _notes(rows: list[Row]) -> list[str]:
-    """What goes for all cases or several of them, below the table."""
+    """Return the lines below the table, which concern several cases."""
     notes = []
     for kind in dict.fromkeys(row["kind"] for row in rows):
         some = [row for row in rows if row["kind"] == kind]
@@ -125,12 +125,14 @@ def _notes(rows: list[Row]) -> list[str]:
         on = f", on {' or '.join(map(str, widths))} ranks" if widths != [1] else ""
         choices = ", ".join(dict.fromkeys(row["time_step_choice"] for row in some))
         disk = size_text(sum(row["output_bytes"] for row in some))
-        notes.append(f"{kind}: {len(some)} cases, {total} one after the other{on}, {disk}")
+        notes.append(
+            f"{kind}: {counted(len(some), 'case')}, {total} one after the other{on}, {disk}"
+        )
         notes.append(escape(f"  time step {choices}"))
     loads = [(row["predicted_wall_time_s"], row["ranks"]) for row in rows]
     cores = available_cores()
     together = duration(makespan(loads, cores, cores))
-    notes.append(f"together about {together} on the {cores} cores of this machine")
+    notes.append(f"together about {together} on {counted(cores, 'core')} of this machine")
     warned: dict[str, list[str]] = {}
     for row in rows:
         for text in row["warnings"]:

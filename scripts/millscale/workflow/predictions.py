@@ -11,7 +11,7 @@ from pathlib import Path
 
 from millscale.cases.cost import Rates, run_time
 from millscale.engine.machine import Allocation
-from millscale.formats import duration
+from millscale.formats import counted, duration
 from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER
 from millscale.runs.untrusted import RunFolderError, is_id, read_object
@@ -25,7 +25,7 @@ PREDICTED_FILE = "predicted.json"
 def record_predictions(
     runs: Path, cases: Sequence[Case], allocation: Allocation, rates: Rates
 ) -> None:
-    """Add to predicted.json what the cases about to run are expected to take."""
+    """Add the predicted wall times of cases that are about to run to predicted.json."""
     ranks = allocation.ranks
     entries = {
         x.id: {
@@ -39,9 +39,9 @@ def record_predictions(
 
 
 def errors(runs: Path) -> dict[str, tuple[float, float]]:
-    """Predicted and measured wall time of the rotations that are done [s], by case id.
+    """Return predicted and measured wall time of finished rotations [s], by case id.
 
-    A run that went on from a restart file timed part of the steps, and counts in proportion.
+    A run that resumed from a restart file timed only part of the steps; its time is scaled up.
     """
     pairs = {}
     for case_id, entry in _read(runs).items():
@@ -60,7 +60,7 @@ def errors(runs: Path) -> dict[str, tuple[float, float]]:
 
 
 def error_line(runs: Path) -> str:
-    """The error of the predictions in a line; empty if nothing can be compared."""
+    """Return the error of the predictions as a line; empty if nothing can be compared."""
     pairs = errors(runs)
     if not pairs:
         return ""
@@ -69,9 +69,9 @@ def error_line(runs: Path) -> str:
     farthest = max(pairs, key=lambda x: abs(math.log(pairs[x][0] / pairs[x][1])))
     one, other = pairs[farthest]
     return (
-        f"rotation of {len(pairs)} cases: {duration(predicted)} predicted, {duration(measured)} "
-        f"taken, error {predicted / measured - 1.0:+.0%}; farthest off {farthest}: "
-        f"{duration(one)} predicted, {duration(other)} taken"
+        f"rotation of {counted(len(pairs), 'case')}: {duration(predicted)} predicted, "
+        f"{duration(measured)} measured, error {predicted / measured - 1.0:+.0%}; largest error "
+        f"{farthest}: {duration(one)} predicted, {duration(other)} measured"
     )
 
 
@@ -85,10 +85,10 @@ def _read(runs: Path) -> dict:
 def time_left(
     statuses: Iterable[CaseStatus], cases: dict[str, Case], allocation: Allocation
 ) -> float:
-    """Wall time until the last case is done [s].
+    """Return the wall time until the last case is done [s].
 
-    A running case goes on at its rate. One that waits goes at the mean rate of those of its kind
-    that run, or else as case.json predicts. Cases share the cores as they will.
+    A running case keeps its rate. A waiting case gets the mean rate of the running cases of its
+    kind, or the rate that case.json predicts. Cases share the cores as in the run.
 
     Args:
         cases: case by id.
@@ -106,5 +106,5 @@ def time_left(
 
 
 def _predicted(case: Case) -> float:
-    """Particle-steps per second that case.json expects."""
+    """Return the particle-steps per second that case.json predicts."""
     return case.predicted.particle_steps / case.predicted.wall_time_s

@@ -1,4 +1,4 @@
-"""`millscale run`: which cases and stages, on which cores, and what came of it."""
+"""`millscale run`: choose cases, stages and cores, run them, report the outcome."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from millscale.cases.output_size import check_disk
 from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from millscale.engine.machine import Allocation, CoreWish, hardware
 from millscale.errors import CampaignError, nearest
+from millscale.formats import counted
 from millscale.runs import digests
 from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
@@ -40,7 +41,7 @@ from millscale.workflow.targets import Local, Target
 
 @dataclass(frozen=True)
 class Request:
-    """What to run where: a checked campaign file, the cases chosen of it, and the cores."""
+    """What to run and where: a checked campaign file, some of its cases, ranks, target."""
 
     file: Path
     cases: tuple[Case, ...]
@@ -59,16 +60,16 @@ def request(
     target: Target | None = None,
     start_over: bool = False,
 ) -> Request:
-    """Check everything that can be wrong before anything is written.
+    """Check the campaign and all options before any file is written.
 
     Args:
         only: ids or patterns with `*`; empty for every case.
         target: where the jobs run; None for this machine.
-        start_over: give up what attempts of the cases that ended early have left.
+        start_over: delete what interrupted attempts of the cases have left.
 
     Raises:
-        CampaignError: wrong campaign, unknown id, a folder of another campaign, more cores than
-            there are, other ranks than an attempt to go on from has.
+        CampaignError: wrong campaign, unknown id, a folder of another campaign, too many cores,
+            or other ranks than those of an attempt to resume.
     """
     campaign = load_campaign(file)
     every = cases_of(campaign)
@@ -95,10 +96,10 @@ def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
 
 
 def check_free_disk(asked: Request) -> None:
-    """Refuse to run what the disk cannot hold: the cases whose engine has still to run.
+    """Refuse cases whose output would not fit on the disk; those that are rotated count nothing.
 
     Raises:
-        CampaignError: says what is needed and what is free.
+        CampaignError: states what is needed and what is free.
     """
     changed = changed_cases(list(asked.cases), asked.runs)
     done = []
@@ -106,11 +107,11 @@ def check_free_disk(asked: Request) -> None:
         folder = asked.runs / CASES_FOLDER / case.id
         left = unfinished(folder, case.kind, case_changed=case.id in changed)
         done.append(not any(stage.deck for stage, _ in left))
-    check_disk(asked.runs, [case for case in asked.cases], done)
+    check_disk(asked.runs, list(asked.cases), done)
 
 
 def dry_run_campaign(asked: Request) -> str:
-    """The stages that would run and the exact mpirun lines, as text; writes nothing."""
+    """Return the stages that would run and the exact mpirun commands; writes no file."""
     try:
         engine = str(find_engine())
     except CampaignError:
@@ -133,8 +134,8 @@ def dry_run_campaign(asked: Request) -> str:
                 lines.append(f"    in {folder}: {_command(engine, stage, case, asked.allocation)}")
     use = asked.allocation
     lines.append(
-        f"{waiting} of {len(asked.cases)} cases to do, at most {use.jobs} at a time "
-        f"on {use.cores} cores; nothing written"
+        f"{waiting} of {counted(len(asked.cases), 'case')} to do, at most {use.jobs} at a time "
+        f"on {counted(use.cores, 'core')}; no file written"
     )
     return "\n".join(lines)
 
@@ -145,7 +146,7 @@ def _command(engine: str, stage: Stage, case: Case, allocation: Allocation) -> s
 
 
 def run_campaign(asked: Request, console: Console) -> bool:
-    """Generate the campaign and run what is missing; True if every chosen case has its result."""
+    """Generate the campaign and run what is missing; return whether all cases have results."""
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs, [case.id for case in asked.cases])
@@ -181,7 +182,7 @@ def run_campaign(asked: Request, console: Console) -> bool:
 
 
 def _run_jobs(asked: Request, console: Console, lock: int) -> int:
-    """Run the cases that are not done; returns Snakemake's exit code, 0 if there was nothing."""
+    """Run the cases that are not done; return Snakemake's exit code, 0 without any case."""
     folders = {x.id: asked.runs / CASES_FOLDER / x.id for x in asked.cases}
     left = [x for x in asked.cases if unfinished(folders[x.id], x.kind)]
     jobs = jobs_of(left, asked.allocation, asked.rates, asked.target.shared_job_s)

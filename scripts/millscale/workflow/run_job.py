@@ -1,12 +1,11 @@
-"""Brings the cases of a job to their results: `python -m millscale.workflow.run_job JOBS_FILE JOB`.
+"""Run the cases of a job: `python -m millscale.workflow.run_job JOBS_FILE JOB`, for Snakemake.
 
-Works in a runs folder. Cases run one after the other, each in a child process that is split off
-after everything has been loaded: a case costs no start of Python, and one that takes its process
-with it leaves the others alone. Stages that are done are not done again, so a job may be ended at
-any time and started anew.
+It works in a runs folder. Cases run one after the other, each in a child process that is forked
+after all modules are loaded. So a case costs no start of Python, and a case that crashes its
+process does not stop the others. Finished stages are skipped, so a job can be ended and repeated.
 
-Exit codes: 0 every case has its result, or its failure in stage.json; 1 some were not brought to
-either; 130 interrupted.
+Exit codes: 0 every case has a result or a failure in stage.json; 1 a case has neither; 130
+interrupted.
 """
 
 from __future__ import annotations
@@ -37,20 +36,20 @@ from millscale.workflow.jobs import job_named, read_jobs
 from millscale.workflow.run_stage import limit_time, run_stage
 
 FAILED = 1
-TOLD = 2  # the child has said what is wrong
+REPORTED = 2  # the child has printed the error
 
 
-def bring(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage: False) -> int:
-    """Run the stages a case still needs; returns the code of the last.
+def run_case(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage: False) -> int:
+    """Run the stages that a case still needs; return the exit code of the last one.
 
     Args:
         folder: case folder.
         ranks: MPI ranks, for the stages that run the engine.
-        stop: whether to end before a stage.
+        stop: function of a stage; return true to end before it.
     """
     kind = load_case(folder).kind
     for stage in STAGES[kind]:
-        # Asked anew: an earlier stage may have made again the very files that this one has read.
+        # Checked before each stage: the stage before may have changed the files it reads.
         if all(left != stage for left, _ in unfinished(folder, kind)):
             continue
         if stop(stage):
@@ -63,29 +62,29 @@ def bring(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage
 
 
 def run_job(folders: list[Path], ranks: int) -> int:
-    """Run the cases of a job; returns the exit code of the module's docstring."""
+    """Run the cases of a job; return the exit code of the module's docstring."""
     if len(folders) > 1:
         load()
     lost = False
     for folder in folders:
-        code = _in_child(lambda folder=folder: bring(folder, ranks))
+        code = _in_child(lambda folder=folder: run_case(folder, ranks))
         if code == INTERRUPTED:
             return INTERRUPTED
         if code not in (0, FAILED):
-            if code != TOLD:
+            if code != REPORTED:
                 print(f"{folder.name}: its process ended with {code}", file=sys.stderr)
             lost = True
     return 1 if lost else 0
 
 
 def load() -> None:
-    """Load what the stages use, once for all cases."""
+    """Load the modules that the stages use, once for all cases."""
     for module in ("packing.charge", "cases.parameters", "cases.wall_panels", "analysis.case"):
         importlib.import_module(f"millscale.{module}")
 
 
 def _in_child(work: Callable[[], int]) -> int:
-    """Do work in a child process; returns its code, or minus the signal that ended it."""
+    """Call a function in a child process; return its code, or minus the signal that ended it."""
     sys.stdout.flush()
     sys.stderr.flush()
     child = os.fork()
@@ -104,7 +103,7 @@ def _in_child(work: Callable[[], int]) -> int:
 
 
 def _guarded(work: Callable[[], int]) -> int:
-    """The child's side: whatever happens ends in a code."""
+    """Call a function in the child; return an exit code whatever happens."""
     end_with_parent()()
     interrupt_once_on_ending_signals()
     try:
@@ -118,7 +117,7 @@ def _guarded(work: Callable[[], int]) -> int:
     finally:
         sys.stdout.flush()
         sys.stderr.flush()
-    return TOLD
+    return REPORTED
 
 
 def main() -> int:

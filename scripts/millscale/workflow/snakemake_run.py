@@ -1,4 +1,4 @@
-"""Runs the jobs of a campaign with Snakemake, in a runs folder."""
+"""Run the jobs of a campaign with Snakemake."""
 
 from __future__ import annotations
 
@@ -23,16 +23,17 @@ _ENDING_S = 30.0
 
 
 def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
-    """The command that runs the jobs of a file; works in the runs folder.
+    """Return the command that runs the jobs of a file; it works in the runs folder.
 
-    Whether a case is done is for its products to say, whether a job is, for its mark: no trigger
-    but dates, no mark of incomplete files. The runs folder has its own lock, which cannot go stale.
+    A job is done when its .done file exists; the files of a case decide whether a case is. So
+    Snakemake uses no trigger but dates and no marks of incomplete files. The runs folder has its
+    own lock, which cannot become stale.
 
     Args:
         executor: options of the target.
     """
     return [
-        # -P: a module of that name in the runs folder must not be run instead.
+        # -P: do not run a module of that name in the runs folder.
         *(sys.executable, "-P", "-m", "snakemake", "--snakefile", str(SNAKEFILE)),
         *("--rerun-triggers", "mtime", "--max-checksum-file-size", "0"),
         *("--scheduler", "greedy", "--workflow-profile", "none"),
@@ -48,9 +49,9 @@ def run_workflow(
     lock: int,
     watch: Callable[[], None],
 ) -> int:
-    """Run Snakemake in a runs folder; returns its exit code.
+    """Run Snakemake in a runs folder; return its exit code.
 
-    Ctrl-C ends the engines and returns when they are gone, by KeyboardInterrupt.
+    Ctrl-C raises KeyboardInterrupt after the engines have ended.
 
     Args:
         line: of `snakemake_line`.
@@ -58,7 +59,7 @@ def run_workflow(
         watch: called about once a second.
     """
     with (runs / WORKFLOW_LOG).open("wb") as log, ending_signals_to(interrupt):
-        # A session of its own: Ctrl-C reaches this process, which then ends the others in order.
+        # In a session of its own, so that Ctrl-C reaches only this process, which ends the others.
         process = subprocess.Popen(
             line,
             cwd=runs,
@@ -78,15 +79,15 @@ def run_workflow(
             _end(process)
             raise
         if process.returncode < 0:
-            # Killed: a job that it had just begun does not know yet that its parent has died.
+            # It was killed: a job that it had just begun may not know that its parent has died.
             _end(process)
     return process.returncode
 
 
 def _environment() -> dict[str, str]:
-    """Of the workflow: no module in the runs folder is run, whoever starts a Python there.
+    """Return the environment of the workflow, in which no Python runs modules of the runs folder.
 
-    Python looks up relative entries of its path where it runs, an empty one too.
+    Python resolves relative and empty entries of PYTHONPATH in the folder where it runs.
     """
     entries = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))
     path = os.pathsep.join(str(Path(entry).absolute()) for entry in entries)
@@ -94,13 +95,13 @@ def _environment() -> dict[str, str]:
 
 
 def last_problem(runs: Path) -> str:
-    """The last line of Snakemake's log, for a failure that no stage has recorded."""
+    """Return the last line of Snakemake's log, for a failure that no stage has recorded."""
     lines = read_tail(runs / WORKFLOW_LOG, _TAIL_BYTES).strip().splitlines()
-    return one_line(lines[-1]) if lines else "the workflow ended without a word"
+    return one_line(lines[-1]) if lines else "the workflow ended without a message"
 
 
 def _end(process: subprocess.Popen) -> None:
-    """Interrupt Snakemake and its stages; wait until the last one has ended its engine."""
+    """Interrupt Snakemake and its stages; wait until the last stage has ended its engine."""
     ignore_ending_signals()
     deadline = time.monotonic() + _ENDING_S
     with suppress(ProcessLookupError):

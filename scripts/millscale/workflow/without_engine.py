@@ -1,4 +1,4 @@
-"""Runs the stages of cases that need no engine: those before it, and those after a run by hand."""
+"""Run the stages without engine: those before it, and those after a run by hand."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, STAGES, Stage
 from millscale.runs.untrusted import RunFolderError
 from millscale.workflow.by_hand import is_recorded, is_there
-from millscale.workflow.run_job import bring, load
+from millscale.workflow.run_job import load, run_case
 from millscale.workflow.stage_record import read_record
 
 
 def prepare(ranks: Mapping[Path, int], made: Callable[[int, int], None]) -> tuple[int, list[str]]:
-    """Run the stages before the engine of several cases, as many at a time as there are cores.
+    """Run the stages before the engine of several cases, one case on each core.
 
     Args:
         ranks: MPI ranks to write into mpirun.sh, by case folder.
-        made: called with the number of folders made and in all, at the begin and after each.
+        made: called with the numbers of finished and of all folders, at the begin and after each.
 
     Returns:
-        How many folders had something to make, and a line for each that could not be made.
+        The number of folders that were incomplete, and a line for each that failed.
 
     Raises:
         CampaignError: a process was killed.
-        KeyboardInterrupt: interrupted; what is made stays.
+        KeyboardInterrupt: interrupted; finished folders stay.
     """
     waiting = [folder for folder in ranks if _is_left(folder)]
     if not waiting:
@@ -53,7 +53,7 @@ def prepare(ranks: Mapping[Path, int], made: Callable[[int, int], None]) -> tupl
                     failed.append(problem)
                 made(count, len(waiting))
         except BrokenProcessPool:
-            cause = "a process that made its folders was killed"
+            cause = "a process that wrote folders was killed"
             raise CampaignError("millscale generate", "", cause, "the same command again") from None
         except BaseException:
             executor.shutdown(wait=True, cancel_futures=True)
@@ -62,10 +62,10 @@ def prepare(ranks: Mapping[Path, int], made: Callable[[int, int], None]) -> tupl
 
 
 def finish(runs: Path) -> list[str]:
-    """Take over what was run by hand in the cases of a runs folder, and analyse it.
+    """Take over and analyse the results that were made by hand in a runs folder.
 
     Returns:
-        A line for each case in which something that was run by hand cannot be used.
+        A line for each case whose results made by hand cannot be used.
     """
     problems = []
     for case_id in read_summary(runs)["cases"]:
@@ -76,10 +76,12 @@ def finish(runs: Path) -> list[str]:
             there = [stage for stage in left if stage.deck and is_there(folder, stage)]
             rotated = any(is_recorded(folder, x) for x in STAGES[case.kind])
         except (CampaignError, RunFolderError, KeyError):
-            # The report says so itself.
+            # The report names this case.
             continue
         if there or (rotated and left):
-            problem = _brought(folder, 1, lambda stage, folder=folder: _needs_engine(folder, stage))
+            problem = _run_up_to(
+                folder, 1, lambda stage, folder=folder: _needs_engine(folder, stage)
+            )
             problems += [problem] if problem else []
     return problems
 
@@ -88,14 +90,14 @@ def _needs_engine(folder: Path, stage: Stage) -> bool:
     return stage.name != "result" and not is_there(folder, stage)
 
 
-def _brought(folder: Path, ranks: int, stop: Callable[[Stage], bool]) -> str:
-    """Run the stages that a case still needs, up to one; returns why one failed, or nothing.
+def _run_up_to(folder: Path, ranks: int, stop: Callable[[Stage], bool]) -> str:
+    """Run the stages that a case still needs, up to a stage; return why one failed, or nothing.
 
     Raises:
         KeyboardInterrupt: interrupted.
     """
     try:
-        code = bring(folder, ranks, stop)
+        code = run_case(folder, ranks, stop)
     except (CampaignError, RunFolderError, OSError) as error:
         return f"{folder.name}: {error}"
     if code == INTERRUPTED:
@@ -108,7 +110,7 @@ def _brought(folder: Path, ranks: int, stop: Callable[[Stage], bool]) -> str:
 
 
 def _is_left(folder: Path) -> bool:
-    """Whether a stage before the engine is to be run."""
+    """Return whether a stage before the engine has to run."""
     left = unfinished(folder, load_case(folder).kind)
     return bool(left) and not _is_later(left[0][0])
 
@@ -122,4 +124,4 @@ def _begin() -> None:
 
 
 def _prepare(folder: Path, ranks: int) -> str:
-    return _brought(folder, ranks, _is_later)
+    return _run_up_to(folder, ranks, _is_later)
