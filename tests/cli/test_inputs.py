@@ -245,5 +245,5 @@ def test_a_gmsh_that_cannot_load_is_told_with_its_package(tmp_path, monkeypatch)
     code, printed = millscale("generate", file, "--runs", tmp_path / "runs")
     assert code == 1
     assert f"missing library: {said}" in printed
-    assert 'sudo apt-get install libglu1-mesa, or take wall.kind = "analytic"' in printed
+    assert 'sudo apt-get install libglu1-mesa, or set wall.kind = "analytic"' in printed
     monkeypatch.delitem(sys.modules, "gmsh", raising=False)

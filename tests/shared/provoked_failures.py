@@ -274,14 +274,14 @@ _STIFF = "Young's modulus of 1e11 Pa, step as before"
 _COUNTED = "rank killed by signal 9, count of kills for memory raised by hand"
 _PLAN = "millscale plan FILE"
 PROVOCATIONS = (
-    Provocation("nan", BALL, "rotate", "Young's modulus of 1e300 Pa", nan, "in its order"),
+    Provocation("nan", BALL, "rotate", "Young's modulus of 1e300 Pa", nan, "in their order"),
     Provocation(
         "lost ball", BALL, "rotate", "time step ten times too long", beyond_all_bounds, _PLAN
     ),
     Provocation("overlap too large", CHARGE, "settle", "Young's modulus of 2e4 Pa", overlap, _PLAN),
-    Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball, "in its order"),
+    Provocation("lost ball", CHARGE, "settle", _STIFF, lost_ball, "in their order"),
     Provocation(
-        "not settled", CHARGE, "settle", "settling for 20 steps", hangs, "a longer settle_s"
+        "not settled", CHARGE, "settle", "settling for 20 steps", hangs, "increase settle_s"
     ),
     Provocation(
         "does not fit", BALL, "rotate", "grooves of 35 mm", does_not_fit, "a smaller S or wider"
@@ -304,8 +304,12 @@ PROVOCATIONS = (
         "time out", BALL, "rotate", "a rotation of hours, time limit 3 s", time_out, "--time-limit"
     ),
     Provocation("wrong deck", BALL, "rotate", "a fix that does not exist", wrong_deck, "*.in"),
-    Provocation("killed", BALL, "rotate", "rank killed by signal 9", killed_rank, "run the same"),
-    Provocation("killed", BALL, "rotate", "stage killed by signal 9", killed_stage, "run the same"),
+    Provocation(
+        "killed", BALL, "rotate", "rank killed by signal 9", killed_rank, "repeat the command"
+    ),
+    Provocation(
+        "killed", BALL, "rotate", "stage killed by signal 9", killed_stage, "repeat the command"
+    ),
     Provocation("crash", BALL, "rotate", "rank ended by signal 11", crash, "report it"),
     Provocation(
         "by hand", BALL, "rotate", "a series from elsewhere", series_from_elsewhere, "move"

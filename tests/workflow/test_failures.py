@@ -51,7 +51,7 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
         ("out of memory", Traces("Unable to allocate 7 TiB for an array")),
         ("out of memory", Traces(CRASH.format(9), "slurmstepd: error: Detected 1 oom_kill event")),
         ("killed", Traces(CRASH.format(9))),
-        ("killed", Traces("the engine was told to end by a signal")),
+        ("killed", Traces("the engine was ended by a signal")),
         ("time out", Traces("mpirun ended by signal 15", "CANCELLED AT x DUE TO TIME LIMIT")),
         ("disk full", Traces("[Errno 28] No space left on device: 'a'")),
         # The engine does not look whether its output was written.
@@ -88,13 +88,13 @@ def test_traces_tell_the_kind(kind, traces):
             "apt-get install libglu1-mesa",
         ),
         ("libXft.so.2: cannot open shared object file: No such file", "apt-get install libxft2"),
-        ("libfoo.so: cannot open shared object file", "the Debian package that holds the library"),
+        ("libfoo.so: cannot open shared object file", "the Debian package of the named library"),
         ("No module named 'gmsh'", "scripts/setup"),
         # The guard knows more than a kind of failure.
         (
             "ERROR: fix mill/guard: ball 4 is outside the box in z; step 22, ...; likeliest first: "
             "a hole in the mesh, a radius that is not the mesh's, a step too long",
-            "what the message lists, in its order",
+            "the remedies of the message in their order",
         ),
         # A ball that does not fit is no fault of the decks.
         (
@@ -102,9 +102,9 @@ def test_traces_tell_the_kind(kind, traces):
             "liner takes less than 0.015875 m",
             "smaller balls, a smaller S or wider grooves",
         ),
-        ("the charge hangs in the air after settling: 0% of its balls touch", "a longer settle_s"),
-        ("the charge still moves after settling: rms speed 3 m/s", "a longer settle_s"),
-        ("balls of the settled bed overlap by 0.006 m", "a larger youngs_modulus_pa"),
+        ("the charge hangs in the air after settling: 0% of its balls touch", "increase settle_s"),
+        ("the charge still moves after settling: rms speed 3 m/s", "increase settle_s"),
+        ("balls of the settled bed overlap by 0.006 m", "increase youngs_modulus_pa"),
         (
             "liner mesh not fit for use: smallest angle of a triangle is 0.01",
             "leave out wall.axial_divisions",

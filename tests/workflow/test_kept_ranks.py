@@ -61,7 +61,7 @@ def test_other_ranks_are_refused_with_what_to_do_and_nothing_is_written(finished
         refused = finished("run", "--ranks", "1", *more)
         assert refused.returncode == 2 and refused.stderr.count("\n") == 1
         assert f"--ranks 1: stage rotate of {CHARGE} goes on from step" in refused.stderr
-        assert "--ranks 2 or no --ranks to go on, --start-over to begin it anew" in refused.stderr
+        assert "--ranks 2 or no --ranks to resume, --start-over to start it again" in refused.stderr
     assert content(finished.runs) == before
     assert run_stage(folder, "rotate", 1) == 1
     assert "ran on 2 ranks, not on 1" in stage_record.read_record(folder).cause
@@ -83,7 +83,7 @@ def test_more_ranks_than_there_are_cores_are_asked_about(finished, stopped):
     stopped(ranks)
     refused = finished("run", "--only", CHARGE)
     assert refused.returncode == 2
-    assert f"goes on with the {ranks} ranks it began with" in refused.stderr
+    assert f"resumes on the {ranks} ranks it began with" in refused.stderr
     assert "--oversubscribe, or --start-over" in refused.stderr
     assert f"-np {ranks} " in finished("run", "--dry-run", "--oversubscribe").stdout
 

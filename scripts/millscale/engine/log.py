@@ -1,4 +1,4 @@
-"""What the engine's log says: the error it ended with, and where its time went."""
+"""Error, version and timing in the engine's log."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from millscale.runs.untrusted import MOST_LOG, read_head, read_tail
 from millscale.terminal import one_line
 
-# What the engine prints when it is told to end; its exit code is then 0 as if all were well.
+# The engine prints this when a signal ends it; its exit code is then 0, as after success.
 _ENDED_BY_SIGNAL = "SIGINT/SIGTERM caught"
 _LOOP = re.compile(r"^Loop time of (\S+) on (\d+) procs for (\d+) steps with (\d+) atoms", re.M)
 _SECTION = re.compile(r"^(Pair|Neigh|Comm|Outpt|Other)\s+time \(%\) = (\S+)", re.M)
@@ -39,29 +39,29 @@ class LoopTiming:
 
 
 def read_log(*paths: Path) -> str:
-    """Text of the logs that exist, one after the other; of a log of many gigabytes the end."""
-    # The engine may write bytes that are no text, behind an error.
+    """Return the text of the logs that exist, one after the other; of a huge log only the end."""
+    # After an error the engine may write bytes that are not text.
     return "\n".join(read_tail(path, MOST_LOG) for path in paths)
 
 
 def engine_version(log: Path) -> str:
-    """The engine's first line: its version, when and by whom it was compiled."""
+    """Return the first line of a log: the engine's version and its compilation."""
     return one_line(read_head(log, _LONGEST_LINE).partition("\n")[0])
 
 
 def error_line(text: str) -> str | None:
-    """The engine's last error, in its own words, or how it ended without one; else None."""
+    """Return the engine's last error message, or how it ended without one; None after success."""
     errors = [line.strip() for line in text.splitlines() if line.startswith("ERROR")]
     if errors:
         return errors[-1]
     crash = _CRASH.search(text)
     if crash:
         return f"the engine crashed: rank {crash[1]} exited on {crash[2]}"
-    return "the engine was told to end by a signal" if _ENDED_BY_SIGNAL in text else None
+    return "the engine was ended by a signal" if _ENDED_BY_SIGNAL in text else None
 
 
 def loop_timing(text: str) -> LoopTiming | None:
-    """Timing of the `run` commands in an engine log, or None where none came to its end."""
+    """Return the timing of the finished `run` commands in a log; None if there is none."""
     loops = [(float(t), int(p), int(n), int(a)) for t, p, n, a in _LOOP.findall(text)]
     if not loops:
         return None

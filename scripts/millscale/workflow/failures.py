@@ -1,8 +1,8 @@
-"""Why a stage failed and what to do about it: known kinds of failure, told by their traces.
+"""Known kinds of failure of a stage: how they are recognised, and advice for each.
 
-Traces are the stage's error, what engine and mpirun printed, the last row of the series, kills for
-want of memory since the stage began, and the free disk. The table `CAUSES` is the one home of the
-words; `classify` knows no file.
+A failure is classified by the stage's error, the output of engine and mpirun, the last row of the
+series, processes killed for lack of memory since the stage began, and the free disk. The table
+`CAUSES` holds all kinds and advice; `classify` reads no file.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "ti
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
 MISSING_LIBRARY, NOT_SETTLED, DOES_NOT_FIT = "missing library", "not settled", "does not fit"
 DAMAGED, BY_HAND = "damaged file", "by hand"
-# An engine that writes nothing for so long [s], and for the time of a few lines of its log, makes
+# An engine that writes nothing for this time [s], and for the time of a few lines of its log, makes
 # no progress.
 SILENCE = 600.0
-# Below this a disk is full: no product of a stage is smaller than a block of the file system.
+# A disk with less free space is full: every product of a stage is larger.
 LEAST_FREE_BYTES = 64 * 1024
-# No number of a series is as large, in SI units, while the simulation goes well.
+# No number of a series of a sound simulation is as large, in SI units.
 WILD = 1e15
 _TAIL_BYTES = 64 * 1024
-# Heading of the engine's table: from there on it was running, and its deck was understood.
+# Heading of the engine's table: the engine has accepted the deck and begun to step.
 _RUNNING = re.compile(r"^Step Atoms ", re.M)
 _SIGNAL = re.compile(r"exited on signal (\d+)|ended by signal (\d+)")
 
 
 class TimeLimitError(RuntimeError):
-    """A stage took longer than it was allowed to."""
+    """A stage took longer than its time limit."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """A cause of failure: its kind, what its traces look like, and what to do.
+    """A cause of failure.
 
     Attributes:
         kind: several causes may be of one kind.
-        traces: regular expression of what was printed or said; empty if no text tells it.
-        advice: one line.
+        traces: regular expression found in the output or the error; empty if no text shows it.
+        advice: what to do, one line.
     """
 
     kind: str
@@ -57,7 +57,7 @@ def _any(*expressions: str) -> str:
     return "|".join(filter(None, expressions))
 
 
-# The Debian packages of what the gmsh wheel links to (scripts/setup installs them).
+# Debian packages of the libraries that the gmsh wheel links to (scripts/setup installs them).
 _LIBRARIES = {
     "libGLU": "libglu1-mesa",
     "libGL": "libgl1",
@@ -69,28 +69,29 @@ _LIBRARIES = {
     "libXinerama": "libxinerama1",
     "libXrender": "libxrender1",
 }
-_WITHOUT_GMSH = 'or take wall.kind = "analytic", which needs no gmsh; run again'
-# What the guard's message ends with: what may be behind it, the likeliest first.
+_WITHOUT_GMSH = 'or set wall.kind = "analytic", which needs no gmsh; run again'
+# The message of the guard ends with possible causes, the likeliest first.
 _LISTED = (
-    "try what the message lists, in its order; millscale plan FILE shows step_s over its limits"
+    "try the remedies of the message in their order; millscale plan FILE shows step_s over its "
+    "limits"
 )
-# Told by their words, in this order: the first that is found. A full disk or memory makes other
-# errors follow it, and a number that is not one makes balls go astray.
+# Recognised by text; the first that matches counts. A full disk or memory comes first because other
+# errors follow from it, and NaN before lost balls for the same reason.
 CAUSES = (
     Cause(
         BY_HAND,
         r"made by hand is not used: .*ends at step",
-        "sh mpirun.sh there goes on, or move what is named to another folder; run again",
+        "resume with sh mpirun.sh in the case folder, or move the named file elsewhere; run again",
     ),
     Cause(
         BY_HAND,
         r"made by hand is not used",
-        "move what is named to another folder, then run again",
+        "move the named file to another folder, then run again",
     ),
     Cause(
         DISK_FULL,
         r"No space left on device|Disk quota exceeded|File too large",
-        "free some disk, or take a larger dump_angle_rad or sample_angle_rad; run again",
+        "free disk space, or increase dump_angle_rad or sample_angle_rad; run again",
     ),
     Cause(
         MEMORY,
@@ -99,7 +100,7 @@ CAUSES = (
             r"|[Oo]ut [Oo]f [Mm]emory|Unable to allocate",
             *(target.memory_message for target in TARGETS.values()),
         ),
-        "run fewer cases at a time (--jobs), a shorter slice_length_m, or ask for more memory",
+        "run fewer cases at a time (--jobs), shorten slice_length_m, or request more memory",
     ),
     Cause(
         TIME_OUT,
@@ -107,7 +108,7 @@ CAUSES = (
             r"longer than the time limit",
             *(target.time_limit_message for target in TARGETS.values()),
         ),
-        "allow more time (--time-limit), or more ranks; millscale plan predicts the time",
+        "increase --time-limit or --ranks; millscale plan predicts the time",
     ),
     *(
         Cause(
@@ -120,13 +121,12 @@ CAUSES = (
     Cause(
         MISSING_LIBRARY,
         r"cannot open shared object file",
-        "install the Debian package that holds the library named (scripts/setup does), "
-        + _WITHOUT_GMSH,
+        "install the Debian package of the named library (scripts/setup does), " + _WITHOUT_GMSH,
     ),
     Cause(
         MISSING_LIBRARY,
         r"No module named",
-        "install the package named into the same Python: scripts/setup does; run again",
+        "install the named package into the same Python: scripts/setup does; run again",
     ),
     Cause(
         NOT_A_NUMBER,
@@ -136,92 +136,92 @@ CAUSES = (
     Cause(
         NOT_A_NUMBER,
         r"is NaN!|[Nn]on-numeric|\bis (nan|-?inf) in line",
-        "take a shorter step_s, or `advised`; look at the last rows of series.csv",
+        "reduce step_s, or set it to `advised`; see the last rows of series.csv",
     ),
     Cause("overlap too large", r"mill/guard: [^;]*overlap", _LISTED),
     Cause(
         "overlap too large",
         r"balls of the settled bed overlap",
-        "take a larger youngs_modulus_pa (millscale plan FILE warns of soft balls), or, if step_s "
-        "is given, a shorter one",
+        "increase youngs_modulus_pa (millscale plan FILE warns of soft balls), or reduce step_s if "
+        "it is given",
     ),
     Cause(
         NOT_SETTLED,
         r"(hangs in the air|still moves) after settling",
-        "take a longer settle_s, or leave it out for 1.27 sqrt(R / g)",
+        "increase settle_s, or leave it out for 1.27 sqrt(R / g)",
     ),
     Cause("lost ball", r"mill/guard: [^;]*(left|outside|lost|faster)", _LISTED),
     Cause(
         "lost ball",
         r"[Ll]ost atoms|Out of range atoms",
-        "look where the last row or dump shows it: at a mesh, for a hole in liner.stl; elsewhere, "
-        "take a shorter step_s",
+        "see the last row or dump for its position: at a mesh wall, check liner.stl for a hole; "
+        "elsewhere, reduce step_s",
     ),
     Cause(
         DAMAGED,
         r"cut short|not a complete dump|[Rr]estart file|not valid JSON|two runs in one file"
         r"|does not match its digest",
-        "delete the file named and run again: its stage makes it anew",
+        "delete the named file and run again: its stage writes it again",
     ),
     Cause(
         "mesh error",
         r"liner mesh not fit.*smallest angle|the mesh needs",
-        'leave out wall.axial_divisions: the program chooses; or take wall.kind = "analytic"',
+        'leave out wall.axial_divisions for the automatic value, or set wall.kind = "analytic"',
     ),
     Cause(
         "mesh error",
         r"liner mesh not fit",
-        'change wall.chord_error_m, or take wall.kind = "analytic"',
+        'change wall.chord_error_m, or set wall.kind = "analytic"',
     ),
     Cause(
         "mesh error",
         r"mesh/surface|[Mm]esh .*(element|corrupt|quality|STL)|STL|duplicate elements|liner\.stl",
-        "delete liner.stl in the case folder and run again: it is made anew",
+        "delete liner.stl in the case folder and run again: its stage writes it again",
     ),
     Cause(
         DOES_NOT_FIT,
         r"balls of radius .* do not fit|takes less than",
-        "take smaller balls, a smaller S or wider grooves: millscale plan FILE names the largest S",
+        "use smaller balls, a smaller S or wider grooves: millscale plan FILE shows the largest S",
     ),
     Cause(
         DOES_NOT_FIT,
         r"centre outside the liner",
         "delete charge.data, settled.restart and parameters.in in the case folder and run again: "
-        "they are of another mill",
+        "they belong to another mill",
     ),
     Cause(
         WRONG_DECK,
         r"Unknown command|Illegal |Invalid \S+ (style|command)|[Uu]nknown (fix|compute|pair|atom)"
         r"|Substitution for|Cannot open (include|input) |expected a (value|number|whole)",
-        "delete the decks (*.in) in the case folder and run again: they are copied anew",
+        "delete the decks (*.in) in the case folder and run again: they are copied again",
     ),
 )
-# Told by something else than words.
+# Not recognised by text.
 _MORE_CAUSES = (
-    Cause(KILLED, "", "run the same command again: finished stages are kept"),
+    Cause(KILLED, "", "repeat the command to resume: finished stages are kept"),
     Cause(
         "crash",
         "",
-        "take a shorter step_s: a ball far outside crashes the engine; else report it with the log",
+        "reduce step_s: a ball far outside crashes the engine; otherwise report it with the log",
     ),
     Cause(
-        NO_PROGRESS, "", "see the processes with top; end the run with Ctrl-C and start it again"
+        NO_PROGRESS, "", "check the processes with top; press Ctrl-C and repeat the command"
     ),
     Cause(UNKNOWN, "", "see the log"),
 )  # fmt: skip
 KINDS = tuple(dict.fromkeys(cause.kind for cause in (*CAUSES, *_MORE_CAUSES)))
 
 
-def advice_of(kind: str, said: str = "") -> str:
-    """What to do about a failure of a kind, by what was printed or said of it."""
+def advice_of(kind: str, text: str = "") -> str:
+    """Return the advice for a kind of failure and the text of its cause."""
     of_kind = [cause for cause in (*CAUSES, *_MORE_CAUSES) if cause.kind == kind]
-    found = (cause for cause in of_kind if cause.traces and re.search(cause.traces, said))
+    found = (cause for cause in of_kind if cause.traces and re.search(cause.traces, text))
     return next(found, of_kind[-1]).advice
 
 
 @dataclass(frozen=True)
 class Failure:
-    """What went wrong: its kind, one line of cause, one of what to do."""
+    """A failure: its kind, one line of cause, one line of advice."""
 
     kind: str
     cause: str
@@ -230,13 +230,13 @@ class Failure:
 
 @dataclass(frozen=True)
 class Traces:
-    """What is left of a stage that failed.
+    """What a failed stage has left.
 
     Attributes:
-        error: the stage's error, in the engine's words where it has some.
-        printed: tail of the engine's log and of what the stage printed.
+        error: the stage's error; the engine's own message if there is one.
+        printed: end of the engine's log and of the stage's output.
         last_row: last line of the series.
-        memory_kills: processes killed for want of memory since the stage began.
+        memory_kills: processes killed for lack of memory since the stage began.
         free_bytes: on the disk of the case folder.
         runs_engine: whether the stage runs the engine.
     """
@@ -250,16 +250,16 @@ class Traces:
 
 
 def classify(traces: Traces) -> Failure:
-    """The failure that the traces of a stage tell of."""
-    kind, said = _kind(traces)
-    cause = " ".join(said.split())
+    """Return the failure that the traces of a stage show."""
+    kind, text = _kind(traces)
+    cause = " ".join(text.split())
     return Failure(kind, cause if kind == UNKNOWN else f"{kind}: {cause}", advice_of(kind, cause))
 
 
 def _kind(traces: Traces) -> tuple[str, str]:
-    """Kind and cause."""
+    """Return kind and cause."""
     error, printed = traces.error, traces.printed
-    found = _by_words(error)
+    found = _by_text(error)
     number = _signal(error) or _signal(printed)
     if found in (DISK_FULL, MEMORY, TIME_OUT):
         return found, error
@@ -267,8 +267,8 @@ def _kind(traces: Traces) -> tuple[str, str]:
         return DISK_FULL, f"{traces.free_bytes} bytes left on the disk; {error}"
     if traces.memory_kills > 0 and number == 9:
         return MEMORY, f"the system killed {traces.memory_kills} processes for memory; {error}"
-    # What was printed tells more than the error only about the machine: warnings name the rest.
-    behind = _by_words(printed)
+    # Output shows more than the error only for these kinds: warnings may match the others.
+    behind = _by_text(printed)
     if behind in (DISK_FULL, MEMORY, TIME_OUT):
         return behind, f"{_line_of(behind, printed)}; {error}"
     wild = _wild(traces.last_row) if found in (None, "lost ball") else ""
@@ -278,14 +278,14 @@ def _kind(traces: Traces) -> tuple[str, str]:
         return found, error
     if number in (6, 7, 8, 11):
         return "crash", error
-    if number in (1, 2, 9, 15) or "told to end by a signal" in error:
+    if number in (1, 2, 9, 15) or "ended by a signal" in error:
         return KILLED, error
     if traces.runs_engine and "ERROR" in error and not _RUNNING.search(printed):
         return WRONG_DECK, error
     return UNKNOWN, error
 
 
-def _by_words(text: str) -> str | None:
+def _by_text(text: str) -> str | None:
     return next((cause.kind for cause in CAUSES if re.search(cause.traces, text)), None)
 
 
@@ -300,7 +300,7 @@ def _signal(text: str) -> int | None:
 
 
 def _wild(row: str) -> str:
-    """The first number of a row of a series that is none or beyond all bounds; empty if none is."""
+    """Return the first number of a row that is NaN or beyond WILD; empty if there is none."""
     for word in row.split(","):
         try:
             if not abs(float(word)) < WILD:
@@ -311,17 +311,17 @@ def _wild(row: str) -> str:
 
 
 def diagnose(error: BaseException, folder: Path, stage: str, memory_kills: int) -> Failure:
-    """The failure of a stage of a case folder.
+    """Return the failure of a stage of a case folder.
 
     Args:
         error: what the stage raised.
-        stage: its name; it worked in STAGE.part.
-        memory_kills: kills for want of memory since it began.
+        stage: its name; it wrote to STAGE.part.
+        memory_kills: processes killed for lack of memory since it began.
     """
     log, screen = folder / f"log.{stage}", folder / f"out.{stage}"
     return classify(
         Traces(
-            error=_words_of(error),
+            error=_text_of(error),
             printed=f"{tail(log)}\n{tail(screen)}",
             last_row=_last_line(folder / f"{stage}.part" / "series.csv"),
             memory_kills=memory_kills,
@@ -331,7 +331,7 @@ def diagnose(error: BaseException, folder: Path, stage: str, memory_kills: int) 
     )
 
 
-def _words_of(error: BaseException) -> str:
+def _text_of(error: BaseException) -> str:
     if isinstance(error, OSError) and error.errno == errno.EDQUOT:
         return f"Disk quota exceeded: {error.filename}"
     words = str(error)
@@ -341,7 +341,7 @@ def _words_of(error: BaseException) -> str:
 
 
 def tail(path: Path) -> str:
-    """End of a text file; empty if there is none."""
+    """Return the end of a text file; empty if there is no file."""
     return read_tail(path, _TAIL_BYTES)
 
 
@@ -351,7 +351,7 @@ def _last_line(path: Path) -> str:
 
 
 def memory_kills() -> int:
-    """Processes killed for want of memory so far: in this control group, or on this machine."""
+    """Return how many processes of this control group or machine were killed for lack of memory."""
     for path in (_group_events(), Path("/proc/vmstat")):
         try:
             words = path.read_text(encoding="utf-8").split()

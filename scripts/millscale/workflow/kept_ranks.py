@@ -1,7 +1,7 @@
-"""Ranks of attempts that ended early: what goes on from them keeps their number.
+"""Number of ranks of interrupted attempts, which a resumed run keeps.
 
-A run is the same bit by bit on as many ranks only, so another number is refused, unless the attempt
-is given up for it.
+Results are bit-identical only on the same number of ranks. Another number is refused unless the
+attempt is deleted.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ def keep_ranks(
     runs: Path,
     asked: CoreWish,
 ) -> Allocation:
-    """The same allocation with the ranks of the attempts that the cases go on from.
+    """Return an allocation with the ranks of the attempts that the cases resume.
 
     Args:
-        changed: ids of the cases whose case.json is about to change: they begin anew.
-        asked: what was asked for in so many words.
+        changed: ids of the cases whose case.json is about to change; they start again.
+        asked: the options of the command.
 
     Raises:
-        CampaignError: other ranks are asked for, or more than this machine has.
+        CampaignError: the options ask for other ranks, or the target has fewer cores.
     """
     kept = {}
     for case in cases:
@@ -47,8 +47,8 @@ def keep_ranks(
     most = max(kept.values(), default=1)
     if most > allocation.cores and not asked.oversubscribe:
         case_id = max(kept, key=kept.__getitem__)
-        cause = f"{case_id} goes on with the {most} ranks it began with"
-        accepted = f"on {allocation.cores} cores: --oversubscribe, or {START_OVER} to begin anew"
+        cause = f"{case_id} resumes on the {most} ranks it began with"
+        accepted = f"on {allocation.cores} cores: --oversubscribe, or {START_OVER} to start again"
         raise CampaignError("millscale run", "", cause, accepted)
     return replace(
         allocation, ranks={**allocation.ranks, **kept}, cores=max(allocation.cores, most)
@@ -58,14 +58,14 @@ def keep_ranks(
 def _refused(case: Case, attempt: EarlierAttempt, ranks: int | None) -> CampaignError:
     cause = (
         f"stage {attempt.stage} of {case.id} {attempt.note}, on {attempt.ranks} ranks; "
-        f"on {ranks} the results would not be the same bit by bit"
+        f"on {ranks} ranks the results would not be bit-identical"
     )
-    accepted = f"--ranks {attempt.ranks} or no --ranks to go on, {START_OVER} to begin it anew"
+    accepted = f"--ranks {attempt.ranks} or no --ranks to resume, {START_OVER} to start it again"
     return CampaignError("millscale run", f"--ranks {ranks}", cause, accepted)
 
 
 def drop_attempts(folder: Path, kind: str) -> None:
-    """Give up what engine stages of a case that ended early have left."""
+    """Delete what interrupted engine stages of a case have left."""
     for stage in STAGES[kind]:
         part = folder / f"{stage.name}.part"
         if stage.deck and part.is_symlink():

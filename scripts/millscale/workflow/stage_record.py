@@ -1,4 +1,4 @@
-"""stage.json of a case folder: the stage worked on last, and how that went."""
+"""stage.json of a case folder: the last stage that began, and how it ended."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from millscale.terminal import one_line
 RECORD_FILE = "stage.json"
 STATES = ("running", "done", "failed", "interrupted")
 LARGEST_BYTES = 1 << 16
-# Of Linux: numbers of processes are below; 0 and less mean groups of processes to the system.
+# Process numbers of Linux are below; 0 and negative numbers name groups of processes.
 MOST_PROCESS = 1 << 22
 
 
 @dataclass(frozen=True)
 class StageRecord:
-    """What was last done in a case folder.
+    """The last stage that began in a case folder.
 
     Attributes:
         state: running, done, failed or interrupted.
-        started, ended: seconds since 1970; `ended` is 0 while it runs.
-        process, process_started: the process that works on it, told apart from a later one with
-            the same number by its start.
+        started, ended: times [s since 1970]; `ended` is 0 while the stage runs.
+        process, process_started: number and start of its process; a later process may have the
+            same number.
         cause: why it failed, one line.
-        log: file in the case folder that tells more.
-        kind, advice: what kind of failure it is, and what to do; empty unless it failed.
+        log: file in the case folder that explains the failure.
+        kind, advice: kind of the failure and what to do; empty unless it failed.
         host: machine of the process.
-        case: digest of what decides the case it works on.
+        case: digest of the case.
     """
 
     stage: str
@@ -52,8 +52,7 @@ class StageRecord:
     case: str = ""
 
     def alive(self) -> bool:
-        """Whether the process that works on the stage still exists; of another machine's, none
-        can tell from here, and it counts as alive."""
+        """Return whether the process of the stage exists; true for one on another machine."""
         if self.host and self.host != socket.gethostname():
             return True
         try:
@@ -63,7 +62,7 @@ class StageRecord:
 
 
 def begin(folder: Path, stage: str, case: str = "") -> StageRecord:
-    """Record that this process works on a stage of a case of that digest from now on."""
+    """Record that this process begins a stage of the case with this digest."""
     process = psutil.Process()
     record = StageRecord(
         stage,
@@ -86,7 +85,7 @@ def end(folder: Path, record: StageRecord, state: str, cause: str = "", log: str
 
 
 def read_record(folder: Path) -> StageRecord | None:
-    """The record of a case folder; None if there is none that can be read."""
+    """Return the record of a case folder; None if there is none that can be read."""
     try:
         record = as_record(StageRecord, read_object(folder / RECORD_FILE, "", LARGEST_BYTES))
     except ValueError:
@@ -102,5 +101,5 @@ def _write(folder: Path, record: StageRecord) -> None:
     try:
         write_text(folder / RECORD_FILE, text)
     except OSError:
-        # A full disk still takes what fits into the block that the record has already.
+        # On a full disk, the text still fits into the block that the record already has.
         write_over(folder / RECORD_FILE, text)

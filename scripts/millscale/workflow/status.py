@@ -1,4 +1,4 @@
-"""Where every case of a runs folder stands, from its files alone."""
+"""Status of every case of a runs folder, from its files only."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ from millscale.workflow.failures import (
 from millscale.workflow.progress import Progress, stage_progress, stage_steps
 from millscale.workflow.stage_record import StageRecord, read_record
 
-# Lines of its log an engine may be late with before its silence counts.
+# Lines of its log by which an engine may be late before it counts as silent.
 _FEW_ROWS = 5.0
 
 
 @dataclass(frozen=True)
 class CaseStatus:
-    """Where a case stands.
+    """Status of a case.
 
     Attributes:
-        state: waiting, running, failed, interrupted, done, or damaged: no case.json to go by.
-        stage: the stage that runs, failed or comes next; empty when done.
-        stages_left: stages that still have to run, the one named by `stage` included.
-        step, steps: engine steps of the whole case done, and in all.
+        state: waiting, running, failed, interrupted, done, or damaged if case.json is not usable.
+        stage: the stage that runs, has failed or comes next; empty when done.
+        stages_left: number of stages that still have to run, `stage` included.
+        step, steps: engine steps done, and of the whole case.
         simulated_s: simulated time of the steps done [s].
         particle_steps_per_s: mean since the running stage began to step; None if no engine runs.
-        time_left_s: for the engine steps to come at that rate; None if no engine runs.
-        silent_s: since a running engine has last written anything; None if no engine runs.
+        time_left_s: time of the remaining engine steps at that rate; None if no engine runs.
+        silent_s: time since a running engine has written a file; None if no engine runs.
         failure: kind of the last problem, as in `failures`; empty if there is none.
         problem: its cause, one line.
-        advice: what to do about it, one line.
-        log: the file that tells more, relative to the case folder.
-        by_hand: stages that were run by hand, those included that the next run takes over.
+        advice: what to do, one line.
+        log: file that explains the problem, relative to the case folder.
+        by_hand: stages that were run by hand, including those that the next run takes over.
     """
 
     id: str
@@ -73,7 +73,7 @@ class CaseStatus:
 
 
 def campaign_cases(runs: Path) -> list[Path]:
-    """The case folders of a runs folder, in the order of the campaign.
+    """Return the case folders of a runs folder, in the order of the campaign.
 
     Raises:
         CampaignError: the folder holds no generated campaign.
@@ -82,7 +82,7 @@ def campaign_cases(runs: Path) -> list[Path]:
 
 
 def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
-    """Status of every case of a runs folder; `silence` as in `case_status`."""
+    """Return the status of every case of a runs folder; `silence` as in `case_status`."""
     summary = read_summary(runs)
     statuses = []
     for case_id in summary["cases"]:
@@ -97,7 +97,7 @@ def campaign_status(runs: Path, silence: float = SILENCE) -> list[CaseStatus]:
 
 
 def _damaged(case_id: str, cause: str) -> CaseStatus:
-    """Status of a case whose case.json cannot be used; the others are shown beside it."""
+    """Return the status of a case whose case.json cannot be used."""
     return CaseStatus(
         id=case_id,
         kind="",
@@ -122,12 +122,12 @@ def _damaged(case_id: str, cause: str) -> CaseStatus:
 def case_status(
     folder: Path, case: Case, silence: float = SILENCE, outdated: bool = False
 ) -> CaseStatus:
-    """Status of one case.
+    """Return the status of one case.
 
     Args:
         folder: case folder.
-        silence: an engine that writes nothing for so long makes no progress [s].
-        outdated: the campaign has another case.json for it, which the next run will write.
+        silence: an engine that writes nothing for this time makes no progress [s].
+        outdated: whether the next run will write another case.json.
     """
     kind, balls = case.kind, case.ball.count
     left = [stage for stage, _ in unfinished(folder, kind, case_changed=outdated)]
@@ -183,14 +183,14 @@ def _log(left: list[Stage], record: StageRecord | None, by_hand: bool) -> str:
 def _problem(
     state: str, record: StageRecord | None, silent: float | None, silence: float
 ) -> Failure | None:
-    """What is wrong with the stage that a record tells of."""
+    """Return what is wrong with the stage of a record; None if nothing is."""
     if record is None:
         return None
     if state == "failed":
         kind = record.kind if record.kind in KINDS else UNKNOWN
         return Failure(kind, record.cause, record.advice or advice_of(kind, record.cause))
     if state == "interrupted" and record.state == "running":
-        gone = "its process is gone without a word: killed, or the machine went down"
+        gone = "the process ended without an error message: killed, or the machine stopped"
         return Failure(KILLED, f"{KILLED}: {gone}", advice_of(KILLED))
     if silent is not None and silent > silence:
         cause = f"{NO_PROGRESS}: nothing written for {silent:.0f} s"
@@ -199,7 +199,7 @@ def _problem(
 
 
 def _silent(folder: Path, record: StageRecord | None) -> float:
-    """Time since the running stage has last written into its folder [s]."""
+    """Return the time since the running stage has last written a file [s]."""
     part = folder / f"{record.stage}.part" if record else folder
     times = [record.started if record else 0.0]
     for place in (part, part / DUMP_FOLDER):
@@ -209,17 +209,17 @@ def _silent(folder: Path, record: StageRecord | None) -> float:
 
 
 def _row_time(case: Case, rate: float | None) -> float:
-    """Wall time between two lines of the engine's log, which are rarer than rows [s]."""
+    """Return the wall time between two lines of the engine's log [s]."""
     return case.output.thermo_steps * case.ball.count / rate if rate else 0.0
 
 
 def _time_left(particle_steps: int, rate: float | None, now: Progress) -> float | None:
-    """Time to go at a rate, counted from now [s]."""
+    """Return the remaining time at a rate, from now [s]."""
     return max(0.0, particle_steps / rate - (time.time() - now.at)) if rate else None
 
 
 def _record_of_next(folder: Path, left: list[Stage], case: Case) -> StageRecord | None:
-    """The record of the stage that comes next, unless the case has changed since."""
+    """Return the record of the stage that comes next; None if the case has changed since."""
     record = read_record(folder)
     if not left or not record or record.stage != left[0].name:
         return None
@@ -234,5 +234,5 @@ def _state(left: list[Stage], record: StageRecord | None) -> str:
         return "waiting"
     if record.state == "running" and not record.alive():
         return "interrupted"
-    # Done, and yet its products are not there: they were removed since.
+    # A stage that is done and is still left has lost its products since.
     return "waiting" if record.state == "done" else record.state
