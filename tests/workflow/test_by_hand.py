@@ -327,7 +327,7 @@ def test_a_run_after_runs_by_hand_does_only_what_is_missing(by_hand):
     dry = millscale("run", file, "--runs", by_hand, "--dry-run")
     assert dry.count("run by hand: taken over") == 5 and dry.count("mpirun -np") == 1
     said = millscale("run", file, "--runs", by_hand)
-    assert f"{ONE}: settle and rotate run by hand: taken over, only what is missing is run" in said
+    assert f"{ONE}: settle and rotate run by hand: taken over, only missing stages run" in said
     for case, files in before.items():
         assert engine_files(by_hand / "cases" / case) == files
         assert (by_hand / "cases" / case / "result.json").exists()
@@ -435,15 +435,15 @@ def _signed_wrong(case):
         (lambda case: (case / "log.rotate").unlink(), "no log.rotate shows how it was made"),
         (_cut_series, "series.csv has step"),
         (_edit("series.csv", r"^1190,.*\n", ""), "series.csv has step 1225 where 1190 was to be"),
-        (_copy("series.csv"), "they are not of one run"),
+        (_copy("series.csv"), "they are of different runs"),
         (_copy("series.csv", "log.rotate"), "log.rotate is not of this case.json"),
-        (_copy("ledger.csv"), "ledger.csv and series.csv are not of one run"),
+        (_copy("ledger.csv"), "ledger.csv and series.csv are of different runs"),
         (_copy("dump"), "has its centre of mass at"),
         (lambda case: next(iter((case / "dump").iterdir())).unlink(), "no dump of step"),
         (_one_dump_more, "is of no step at which mill.in dumps"),
         (_edit("occupancy.csv", r"\n.*\n\Z", "\n0.5,"), "occupancy.csv is not whole"),
         (_copy("settled.restart"), "does not hold the balls of settled.dump"),
-        (_copy("settled.restart", "settled.dump"), "they are not of one run"),
+        (_copy("settled.restart", "settled.dump"), "they are of different runs"),
         (_copy("settled.restart", "settled.dump", "log.settle"), "log.settle is not of this case"),
         (_signed_wrong, "is not what was written: its signature differs"),
         (_edit("log.settle", "^Loop time.*$", ""), "log.settle ends at step"),

@@ -29,12 +29,12 @@ _LONGEST_HOLDER = 200
 
 @dataclass(frozen=True)
 class Found:
-    """What was run by hand among the engine stages left of a case.
+    """Which of the stages left of a case were run by hand.
 
     Attributes:
-        stages: those that were run by hand and can be used, from the first one left on.
-        problem: why the next one cannot be used; empty if nothing of it is there.
-        running: whether mpirun.sh is at work in the folder.
+        stages: those whose results can be used, from the first stage left on.
+        problem: why the results of the next stage cannot be used; empty if it has none.
+        running: whether mpirun.sh runs in the folder.
     """
 
     stages: tuple[Stage, ...] = ()
@@ -42,14 +42,14 @@ class Found:
     running: bool = False
 
 
-# Results of `find` by case folder and stage, with the state of the files that they are of.
+# Problems by case folder and stage, with the state of the files they were found in.
 _KNOWN: dict[tuple[Path, str], tuple[object, str]] = {}
 
 
 def is_there(folder: Path, stage: Stage) -> bool:
-    """Whether a case folder holds results of an engine stage that the stage has not made.
+    """Return whether a case folder holds results of an engine stage that the stage did not make.
 
-    Results that the stage has recorded are its own; they may be damaged or of an earlier case.json.
+    Results with a record are those of the stage; they may be damaged or of an earlier case.json.
     """
     made, record = stage.products[0], stage.products[-1]
     if not stage.deck or not (folder / made).exists():
@@ -65,12 +65,12 @@ def is_there(folder: Path, stage: Stage) -> bool:
 
 
 def is_recorded(folder: Path, stage: Stage) -> bool:
-    """Whether provenance.json says that a stage was run by hand."""
+    """Return whether provenance.json records that a stage was run by hand."""
     return read_provenance(folder).get(stage.name, {}).get("by") == BY_HAND
 
 
 def find(folder: Path, case: Case, left: Sequence[Stage]) -> Found:
-    """What was run by hand of the stages left of a case; reads no dumps, writes nothing."""
+    """Return which of the stages left were run by hand; reads no dumps, writes no file."""
     running = _is_running(folder)
     usable: list[Stage] = []
     for stage in left:
@@ -83,22 +83,22 @@ def find(folder: Path, case: Case, left: Sequence[Stage]) -> Found:
 
 
 def note(folder: Path, case: Case) -> str:
-    """What the next run does about stages that were run by hand; empty if there are none."""
+    """Return what the next run does with stages run by hand; empty if there are none."""
     left = [stage for stage, _ in unfinished(folder, case.kind)]
     found = find(folder, case, left)
     names = " and ".join(stage.name for stage in found.stages)
-    return f"{names} run by hand: taken over, only what is missing is run" if names else ""
+    return f"{names} run by hand: taken over, only missing stages run" if names else ""
 
 
 def is_rotated(folder: Path, case: Case) -> bool:
-    """Whether the engine has nothing left to do in a case, some of it by hand."""
+    """Return whether all engine stages of a case are done and some were run by hand."""
     left = [stage for stage, _ in unfinished(folder, case.kind)]
     found = find(folder, case, left)
     return bool(found.stages) and not any(x.deck for x in left[len(found.stages) :])
 
 
 def _problem(folder: Path, case: Case, stage: Stage) -> str:
-    """Why a stage that was run by hand cannot be used; known until a file changes."""
+    """Return why a stage run by hand cannot be used; remembered until a file changes."""
     with os.scandir(folder) as entries:
         found = [(x.name, x.stat(follow_symlinks=False)) for x in entries]
     state = sorted((name, x.st_size, x.st_mtime_ns) for name, x in found)
@@ -114,17 +114,16 @@ def _problem(folder: Path, case: Case, stage: Stage) -> str:
 
 
 def _is_running(folder: Path) -> bool:
-    """Whether mpirun.sh holds the lock of a case folder."""
+    """Return whether mpirun.sh holds the lock of a case folder."""
     holder = read_head(folder / LOCK_FILE, _LONGEST_HOLDER)
     return holder.rstrip().endswith("by mpirun.sh") and not is_gone(holder)
 
 
 def check_replaced(folder: Path, case: Case, stage: Stage) -> None:
-    """Refuse to make again what a run by hand may have read in another form.
+    """Refuse to write a product again that a run by hand may have read in another form.
 
     Raises:
-        NotUsedError: a product is not what the stage has made of this case.json, and there are
-            results made by hand.
+        NotUsedError: a product was edited, and there are results made by hand.
     """
     record = read_provenance(folder).get(stage.name)
     if stage.deck or record is None or record.get("case") != case.digest:
@@ -142,7 +141,7 @@ def take_over(task: Task) -> HandRun:
     """Write the records of a stage that was run by hand into its part folder.
 
     Raises:
-        NotUsedError: what was run by hand cannot be used.
+        NotUsedError: its results cannot be used.
     """
     try:
         run = examine(task.folder, task.case, task.stage)
@@ -159,7 +158,7 @@ def take_over(task: Task) -> HandRun:
 
 
 def hand_provenance(record: Mapping[str, Any], run: HandRun, name: str) -> dict[str, Any]:
-    """The record of a stage as made by hand, on a machine that nobody knows."""
+    """Return the record of a stage as one run by hand on an unknown machine."""
     unknown = ("hardware", "host", "system", "command")
     kept = {key: value for key, value in record.items() if key not in unknown}
     return kept | {

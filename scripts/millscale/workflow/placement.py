@@ -1,10 +1,9 @@
-"""How many ranks each case gets, and how long a campaign takes then.
+"""MPI ranks of each case, and the wall time of a campaign with them.
 
-Ghost balls make every further rank less worth than the one before, so cases side by side come
-first, and a case gets more ranks only where it alone would keep the others waiting: all start with
-one rank; while the longest case takes longer than all the work spread over all cores, it gets one
-rank more (Belkhale and Banerjee, ICPP 1990, for tasks that may be cut); the best state seen is
-kept. Cases start in the order of their length, the longest first.
+Ghost balls make each further rank less efficient, so running cases at the same time comes first.
+All cases start with one rank. While the longest case takes longer than all work spread over all
+cores, it gets one rank more (Belkhale and Banerjee, ICPP 1990, for tasks that can be divided). The
+best allocation found is used. The longest case starts first.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from millscale.cases.cost import BUILT_IN, Rates, most_ranks, wall_time
 from millscale.engine.machine import Allocation, CoreWish, allowed, available_cores
 from millscale.runs.case_file import Case
 
-# On a cluster a rank more must be worth at least so much of a core.
+# On a cluster, the least speed-up that a further rank must give, in cores.
 LEAST_EFFICIENCY = 0.6
 OPEN = CoreWish()
 
@@ -28,9 +27,9 @@ def place(
     """Share the cores of this machine.
 
     Args:
-        cases: what will run.
-        asked: must be met.
-        usual: stands for what is not asked for, as far as the machine allows.
+        cases: cases to run.
+        asked: options of the command, which are met exactly.
+        usual: values of the campaign, used without an option as far as the machine allows.
 
     Raises:
         CampaignError: more cores are asked for than there are, without `oversubscribe`.
@@ -52,7 +51,7 @@ def place(
 def _lowered(
     asked: CoreWish, usual: CoreWish, cores: int, jobs: int | None, share: int
 ) -> tuple[str, ...]:
-    """Say which of the campaign's numbers are too large for this machine."""
+    """Return a note for each number of the campaign that is too large for this machine."""
     notes = []
     offered = f"this machine offers {cores} core{'s' if cores > 1 else ''}"
     if usual.jobs and not asked.jobs and usual.jobs > cores:
@@ -73,7 +72,7 @@ def ranks_on_nodes(cases: Sequence[Case], given: int | None, node_cores: int) ->
 
 
 def makespan(loads: Iterable[tuple[float, int]], cores: int, jobs: int) -> float:
-    """Time until the last load is done [s]: the longest that fits starts first.
+    """Return the time until the last load is done [s]; the longest that fits starts first.
 
     Args:
         loads: wall time [s] and cores of each.
@@ -99,13 +98,13 @@ def makespan(loads: Iterable[tuple[float, int]], cores: int, jobs: int) -> float
 
 
 def campaign_time(cases: Sequence[Case], allocation: Allocation, rates: Rates = BUILT_IN) -> float:
-    """Predicted wall time of all cases on the cores they share [s]."""
+    """Return the predicted wall time of all cases on the cores they share [s]."""
     loads = ((wall_time(x, allocation.ranks[x.id], rates), allocation.ranks[x.id]) for x in cases)
     return makespan(loads, allocation.cores, allocation.jobs)
 
 
 def _within(case: Case, given: int | None, share: int, rates: Rates) -> int:
-    """The ranks given, or else the fastest number that fits beside the other jobs."""
+    """Return the given ranks, or the fastest number that fits beside the other jobs."""
     if case.kind == "single-ball":
         return 1
     return given or min(_choices(case, share), key=lambda ranks: wall_time(case, ranks, rates))
@@ -122,7 +121,7 @@ def _choices(case: Case, cores: int) -> range:
 
 
 def _balanced(cases: Sequence[Case], cores: int, rates: Rates) -> dict[str, int]:
-    """Ranks by the rule in the module's docstring."""
+    """Return ranks by the rule in the module's docstring."""
     ranks = {case.id: 1 for case in cases}
     times = {case.id: wall_time(case, 1, rates) for case in cases}
     by_id = {case.id: case for case in cases}

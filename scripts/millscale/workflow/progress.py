@@ -1,4 +1,4 @@
-"""How far the engine is with a stage, read from the files it writes while it runs."""
+"""Progress of an engine stage, read from the files it writes while it runs."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from millscale.runs.untrusted import open_regular, read_head, read_tail
 _THERMO = re.compile(r"^\s+(\d{1,19})\s+\d+\s", re.M)
 _TAIL_BYTES = 8192
 _HEAD_BYTES = 65536
-# What the engine writes when its files are read and its first step is next.
+# The engine writes this line before its first step.
 _SET_UP = re.compile(r"^Setting up run at (.+)$", re.M)
 
 
 @dataclass(frozen=True)
 class Progress:
-    """Steps done, and when they were [s since 1970]; the engine's files lag behind it.
+    """Steps done at a time [s since 1970]; the engine writes its files with a delay.
 
     Attributes:
-        begun: steps done by earlier attempts, which the running one did not have to make again.
-        since: when the running attempt began to step, to the second; 0 if it does not tell.
+        begun: steps of earlier attempts that the running one did not repeat.
+        since: time of the first step of the running attempt, to the second; 0 if unknown.
     """
 
     step: int
@@ -37,14 +37,14 @@ class Progress:
 
 
 def stage_steps(case: Case, stage: Stage) -> int:
-    """Steps the engine makes in a stage; 0 for a stage without engine."""
+    """Return the steps of the engine in a stage; 0 for a stage without engine."""
     if not stage.deck:
         return 0
     return case.time.settle_steps if stage.name == "settle" else case.time.steps
 
 
 def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False) -> Progress:
-    """How far an engine stage is that is running or has stopped on the way.
+    """Return the progress of an engine stage that runs or was interrupted.
 
     Args:
         folder: case folder; the stage works in its part folder, or by hand in the case folder.
@@ -68,7 +68,7 @@ def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False
 
 
 def last_value(path: Path, column: str) -> float:
-    """The last value of a column of a series that may be growing; 0 before the first full line."""
+    """Return the last value of a column of a growing series; 0 before the first full line."""
     try:
         with open_regular(path) as file:
             names = file.readline(_TAIL_BYTES).decode(errors="replace").strip().split(",")
@@ -93,7 +93,7 @@ def _last_thermo_step(log: Path) -> int:
 
 
 def _stepping_since(log: Path) -> float:
-    """When the run of a log began [s since 1970]; 0 if it has not."""
+    """Return the time at which the run of a log began [s since 1970]; 0 if it has not."""
     try:
         found = _SET_UP.search(read_head(log, _HEAD_BYTES))
         return time.mktime(time.strptime(found[1].strip())) if found else 0.0
@@ -102,7 +102,7 @@ def _stepping_since(log: Path) -> float:
 
 
 def _steps_before(case: Case, part: Path) -> int:
-    """Steps counted before the rotation began: a run from a restart file counts on."""
+    """Return the step at which the rotation began: a run from a restart file continues to count."""
     settled = case.time.settle_steps
     try:
         first = int(read_head(part / "series.csv", _TAIL_BYTES).split("\n")[1].split(",")[0])

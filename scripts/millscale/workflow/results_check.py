@@ -37,7 +37,7 @@ UNKNOWN_HARDWARE = {"cpu": "unknown", "cores": 0, "available_cores": 0}
 _BALLS_SOUGHT = 3
 # The engine's log has 8 digits, a dump 6.
 _LOG_DIGITS, _DUMP_DIGITS = 1e-6, 1e-4
-# What damaged text does to the arithmetic.
+# Errors that damaged text causes.
 _NOT_UNDERSTOOD = (ValueError, KeyError, IndexError, TypeError, ArithmeticError)
 _ROW = re.compile(r"^\s+(\d+)\s+(\d+)\s+(\S+)\s+(\S+)\s*$", re.M)
 _WINDOW = re.compile(r"^fix occupancy .* from ([-+.\de]+) to ([-+.\de]+) file", re.M)
@@ -45,7 +45,7 @@ _GRID = re.compile(r"^\s*(\d+) by (\d+) by (\d+) MPI processor grid", re.M)
 
 
 class NotUsedError(RuntimeError):
-    """Results made by hand that are not used; the text says why."""
+    """Results made by hand that cannot be used; the text states the reason."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class HandRun:
     """An engine stage that was run by hand.
 
     Attributes:
-        files: what the engine made, names relative to the case folder.
-        timing: as in timing.json.
-        engine: the engine's version, its own words.
+        files: files of the engine, names relative to the case folder.
+        timing: content of timing.json.
+        engine: version line of the engine's log.
     """
 
     ranks: int
@@ -66,7 +66,7 @@ class HandRun:
 
 @dataclass(frozen=True)
 class _Log:
-    """One start of the engine.
+    """The log of one start of the engine.
 
     Attributes:
         rows: step -> kinetic energy of translation [J] and mill angle [rad].
@@ -80,14 +80,13 @@ class _Log:
 
 
 def examine(folder: Path, case: Case, stage: Stage, dumps: bool = True) -> HandRun:
-    """What was run by hand, if it can be shown to be whole and of this case; writes nothing.
+    """Check the results of an engine stage that was run by hand, and describe them.
 
     Args:
-        case: content of case.json.
         dumps: whether to read the dumps, which takes longest.
 
     Raises:
-        NotUsedError: says why not.
+        NotUsedError: they are not whole, or not of this case.
     """
     try:
         provenance.check_inputs(folder, stage.inputs)
@@ -157,7 +156,7 @@ def _rotated(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
 
 
 def _logs(folder: Path, case: Case, stage: Stage, first: int, steps: int) -> list[_Log]:
-    """The logs of every start of the engine, from the first step of a stage to its last."""
+    """Return the logs of all starts of the engine; together they cover all steps of the stage."""
     names = [f"log.{stage.name}"]
     while (folder / f"log.{stage.name}.{len(names)}").exists():
         names.insert(-1, f"log.{stage.name}.{len(names)}")
@@ -190,7 +189,7 @@ def _logs(folder: Path, case: Case, stage: Stage, first: int, steps: int) -> lis
 
 
 def _decks(folder: Path, stage: Stage) -> dict[str, str]:
-    """Texts of a stage's decks, which are as the stage deck wrote them."""
+    """Return the decks of a stage, by name; refuse decks that were edited."""
     written = read_provenance(folder).get("deck", {}).get("products", {})
     found, decks = Digests(folder), {}
     for name in inputs_of(stage, folder):
@@ -203,7 +202,7 @@ def _decks(folder: Path, stage: Stage) -> dict[str, str]:
 
 
 def _log(path: Path, case: Case, stage: Stage, decks: Mapping[str, str]) -> _Log:
-    """A log that is of this case and its decks."""
+    """Return a log; refuse one of another case or of other decks."""
     if not path.exists():
         raise NotWholeError(f"no {path.name} shows how it was made")
     text = read_log(path)
@@ -224,7 +223,7 @@ def _log(path: Path, case: Case, stage: Stage, decks: Mapping[str, str]) -> _Log
 
 
 def _begun_from(folder: Path, case: Case, log: _Log, step: int) -> None:
-    """Refuse a rotation of another bed than the one in the folder."""
+    """Refuse a rotation that began from another bed than the one in the folder."""
     own = folder / "log.settle"
     try:
         settled_by = read_object(folder / "settled.json", "").get("settled_by")
@@ -239,7 +238,7 @@ def _begun_from(folder: Path, case: Case, log: _Log, step: int) -> None:
 def _run(
     folder: Path, stage: Stage, logs: list[_Log], first: int, files: tuple[str, ...]
 ) -> HandRun:
-    """The run that logs are of. Wall time is that of the time loop: no log has more."""
+    """Return the run of some logs. Its wall time is that of the time loop; logs have no other."""
     final = logs[-1]
     loop = loop_timing(final.text)
     before = Cost()
@@ -258,7 +257,7 @@ def _run(
 
 
 class _Series:
-    """Step, mill angle, kinetic energy and centre of mass in the rows of a series."""
+    """The rows of a series: mill angle, kinetic energy and centre of mass, by step."""
 
     def __init__(self, path: Path) -> None:
         self.name = path.name
@@ -280,18 +279,18 @@ class _Series:
 def _agree(name: str, log: _Log, step: int, got: float, logged: float, digits: float) -> None:
     if not math.isclose(got, logged, rel_tol=digits, abs_tol=1e-12):
         what = f"{name} has {got:.8g} at step {step} where {log.name} has {logged:.8g}"
-        raise NotWholeError(f"{what}: they are not of one run")
+        raise NotWholeError(f"{what}: they are of different runs")
 
 
 def _kinetic_energy(case: Case, radii: np.ndarray, velocities: np.ndarray) -> float:
-    """Of translation [J]: radii (n,) [m], velocities (n, 3) [m/s]."""
+    """Return the kinetic energy of translation [J]; radii (n,) [m], velocities (n, 3) [m/s]."""
     masses = case.ball.density_kg_m3 * 4.0 / 3.0 * math.pi * radii**3
     return float(0.5 * (masses * (velocities**2).sum(axis=1)).sum())
 
 
 def _occupancy(folder: Path, series: _Series, log: _Log) -> str:
-    """Name of occupancy.csv, which is whole and averaged over the rows of the series that the deck
-    names by their mill angles."""
+    """Return the name of occupancy.csv; refuse one that is averaged over other mill angles than
+    the deck states."""
     name = OCCUPANCY_FILE
     _is_whole(folder / name)
     row = next(csv.DictReader(read_text(folder / name, MOST_SERIES, "").splitlines()))
@@ -301,7 +300,7 @@ def _occupancy(folder: Path, series: _Series, log: _Log) -> str:
     for got, expected in zip(found, (within[0], within[-1]), strict=True):
         if not math.isclose(got, expected, rel_tol=_LOG_DIGITS):
             what = f"{name} has the mill angle {got:.8g} rad where {series.name} has {expected:.8g}"
-            raise NotWholeError(f"{what}: they are not of one run")
+            raise NotWholeError(f"{what}: they are of different runs")
     return name
 
 
@@ -316,11 +315,11 @@ def _check_ledger(ledger: _Series, series: _Series) -> None:
         abs(energy - change - start) > tolerance
         for energy, change in zip(energies, changes, strict=True)
     ):
-        raise NotWholeError(f"{ledger.name} and {series.name} are not of one run")
+        raise NotWholeError(f"{ledger.name} and {series.name} are of different runs")
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether each row of a table has as many columns as its header; else an error."""
+    """Return true; raise an error if a row has another number of columns than the header."""
     lines = read_text(path, MOST_SERIES, "").split("\n")
     if len(lines) < 3 or lines[-1] or len({line.count(",") for line in lines[:-1]}) != 1:
         raise NotWholeError(f"{path.name} is not whole")
@@ -328,8 +327,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _check_dumps(folder: Path, series: _Series, steps: range, read: bool) -> None:
-    """Refuse dumps that are missing, and with `read` those whose centre of mass is another one than
-    the series has at the rows around."""
+    """Refuse missing dumps and, with `read`, dumps whose centre of mass differs from the series."""
     import numpy as np
 
     from millscale.runs.dumps import dump_files, read_dump
@@ -351,7 +349,7 @@ def _check_dumps(folder: Path, series: _Series, steps: range, read: bool) -> Non
             if abs(centre - expected) > 2.0 * moved + _DUMP_DIGITS * abs(expected):
                 raise NotWholeError(
                     f"{files[step].name} has its centre of mass at {axis} = {centre:.6g} m where "
-                    f"{series.name} has {expected:.6g}: they are not of one run"
+                    f"{series.name} has {expected:.6g}: they are of different runs"
                 )
 
 

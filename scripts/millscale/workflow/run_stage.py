@@ -1,8 +1,8 @@
-"""Runs one stage of a case: `python -m millscale.workflow.run_stage STAGE CASE_FOLDER [--ranks N]`.
+"""Run one stage of a case: `python -m millscale.workflow.run_stage STAGE CASE_FOLDER [--ranks N]`.
 
-A stage works in CASE_FOLDER/STAGE.part and renames its products into the case folder at the end,
-so a stage that fails or is interrupted leaves none. An engine stage goes on from what an earlier
-attempt has left in that folder. What a stage prints goes to out.STAGE.
+A stage writes into CASE_FOLDER/STAGE.part and moves its products into the case folder at the end,
+so that a failed or interrupted stage leaves no product. An engine stage resumes from the files of
+an earlier attempt in that folder. Output goes to out.STAGE.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from millscale.workflow.stage_work import WORK, Task, is_complete, provenance_of
 
 
 def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
-    """Run one stage; returns 0, 1 if it failed, 130 if it was interrupted.
+    """Run one stage; return 0, or 1 if it failed, or 130 if it was interrupted.
 
     Args:
         folder: case folder with its case.json.
@@ -68,11 +68,11 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
 
 
 def _make(task: Task) -> None:
-    """Do the work of a stage in its own folder, then publish what it made."""
+    """Do the work of a stage in its part folder, then move its files into the case folder."""
     by_hand = None
     check_replaced(task.folder, task.case, task.stage)
     if task.stage.deck and is_complete(task):
-        print("complete before: only its products had to be put in place", flush=True)
+        print("complete before: only its products had to be moved", flush=True)
     elif is_there(task.folder, task.stage):
         by_hand = take_over(task)
     else:
@@ -105,7 +105,7 @@ def _work(task: Task) -> None:
 
 
 def _record_provenance(task: Task, by_hand: HandRun | None) -> None:
-    # A log of an earlier run would say that the engine had run; one by hand, that this engine had.
+    # The log shows whether this engine has run: not one of an earlier run, nor one made by hand.
     log = (task.folder if task.stage.deck and not by_hand else task.part) / task.log
     files = _made(task)
     if by_hand:
@@ -117,7 +117,7 @@ def _record_provenance(task: Task, by_hand: HandRun | None) -> None:
 
 
 def _made(task: Task) -> dict[str, Path]:
-    """What the stage made, by name: not its links to inputs, nor what only attempts need."""
+    """Return the files of the stage, by name, without links to inputs and files of attempts."""
     return {
         path.name: path
         for path in task.part.iterdir()
@@ -126,7 +126,7 @@ def _made(task: Task) -> dict[str, Path]:
 
 
 def _publish(task: Task) -> None:
-    """Rename what the stage made into the case folder, its products last and in their order."""
+    """Move the files of the stage into the case folder, its products last and in their order."""
     made, products = _made(task), list(task.stage.products)
     for name in [*sorted(set(made).difference(products)), *(x for x in products if x in made)]:
         target = task.folder / name
@@ -143,7 +143,7 @@ def _log_of(task: Task) -> str:
 
 @contextmanager
 def _output_to(path: Path) -> Iterator[None]:
-    """Send what this process and its children print to a file, C libraries included."""
+    """Redirect the output of this process, its children and C libraries to a file."""
     sys.stdout.flush()
     sys.stderr.flush()
     saved = os.dup(1), os.dup(2)
@@ -161,7 +161,7 @@ def _output_to(path: Path) -> Iterator[None]:
 
 
 def limit_time() -> None:
-    """Let the stage that begins now fail when it has taken as long as it may."""
+    """Let the stage that begins now fail at its time limit."""
     limit = float(os.environ.get(TIME_LIMIT_VARIABLE, 0.0))
 
     def too_long(number: int, frame: object) -> None:

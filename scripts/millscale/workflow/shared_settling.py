@@ -1,7 +1,7 @@
-"""Settled beds that several cases share: DIR/settled/<key>/, by what decides the settling.
+"""Settled beds that several cases share, in DIR/settled/<key>/.
 
-A mill at rest knows of the similarity law only its gravity and its size, so a bed serves every
-scheme and policy that agrees in those. The folder holds copies: it may be deleted at any time.
+Only gravity and size of the similarity law act on a mill at rest, so all schemes and policies with
+the same values share a bed. The folder holds copies and can be deleted at any time.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ FOLDER = "settled"
 STAGE = "settle"
 _KEY_DIGITS = 16
 DECK = "settle.in"
-# Says how the mill turns. At rest nothing of it matters but gravity and radius.
+# The deck of the rotation. At rest only its gravity and radius act.
 DRIVE_DECK = "mill_drive.in"
-# When it prints a line and writes a restart file.
+# Intervals of output, which change no result.
 OUTPUT = {"thermo_steps", "restart_steps"}
 _USED = re.compile(r"\$\{(\w+)\}|\bv_(\w+)")
 
 
 def settling_key(case: Case, folder: Path) -> str | None:
-    """Hash of what decides how a charge settles; None if parameters.in was edited by hand.
+    """Return a hash of all that decides how a charge settles; None if parameters.in was edited.
 
     Args:
         case: content of case.json.
@@ -68,7 +68,7 @@ def settling_key(case: Case, folder: Path) -> str | None:
 
 @dataclass(frozen=True)
 class SharedBed:
-    """The shared folder of a bed, and the key of what decides it."""
+    """The shared folder of a bed, and its key."""
 
     folder: Path
     key: str
@@ -76,9 +76,9 @@ class SharedBed:
 
 @contextmanager
 def shared_bed(case: Case, folder: Path) -> Iterator[SharedBed | None]:
-    """The shared folder of a case's bed, held by this process; None where there is none to share.
+    """Yield the locked shared folder of a case's bed; None if the bed cannot be shared.
 
-    Another case that settles the same bed is waited for.
+    If another case settles the same bed, wait for it.
     """
     runs = folder.resolve().parent.parent
     in_campaign = folder.resolve().parent.name == CASES_FOLDER and (runs / CAMPAIGN_FILE).exists()
@@ -92,8 +92,10 @@ def shared_bed(case: Case, folder: Path) -> Iterator[SharedBed | None]:
 
 
 def take(bed: SharedBed, part: Path, products: tuple[str, ...]) -> bool:
-    """Copy a bed out of its shared folder; False if it is not there. One that is not as it was
-    given is removed, and the reason printed."""
+    """Copy a bed out of its shared folder; return false if there is none.
+
+    A bed that does not match its digests is deleted, and the reason is printed.
+    """
     names = (*products, PROVENANCE_FILE)
     if not any((bed.folder / name).exists() for name in names):
         return False
@@ -113,7 +115,7 @@ def give(
     """Copy a bed into its shared folder; provenance.json, which completes it, comes last.
 
     Args:
-        provenance: how the bed was settled, digests of the products among it.
+        provenance: record of the stage, with digests of the products.
     """
     for name in products:
         write_copy(part / name, bed.folder / name)
@@ -121,10 +123,10 @@ def give(
 
 
 def why_unusable(folder: Path, products: tuple[str, ...], key: str = "") -> str:
-    """Why a shared bed is not what was given; empty if it is.
+    """Return why a shared bed cannot be used; empty if it can.
 
     Args:
-        key: of what decides the bed; empty: any that fits the name of the folder.
+        key: of the bed; empty for any key that fits the name of the folder.
     """
     record = read_provenance(folder).get(STAGE)
     if record is None:

@@ -1,4 +1,4 @@
-"""What each stage does. Every function makes its products in `task.part`."""
+"""The work of each stage: functions that write the products of a stage into `task.part`."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def write_mesh(case: Mapping[str, Any], folder: Path) -> None:
 
 
 def _check_mesh(surface: LinerMesh, report: LintReport, curvature: float) -> None:
-    """Refuse a mesh that the engine would take wrongly."""
+    """Refuse a mesh on which the engine would compute wrong contacts."""
     from millscale.mesh.curvature import curvature_range_deg
 
     if not report.ok:
@@ -113,7 +113,7 @@ def deck(task: Task) -> None:
     write_parameters(task.case, task.part)
     write_script(task.case, task.ranks, task.part)
     if task.case.deck.dumps == "on" and not (task.folder / DUMP_FOLDER).exists():
-        # The engine makes no folders: here for those who run the deck by hand.
+        # The engine makes no folders; this one is for a run by hand.
         (task.part / DUMP_FOLDER).mkdir()
 
 
@@ -122,9 +122,9 @@ def rotate(task: Task) -> None:
 
 
 def engine(task: Task) -> dict:
-    """Run the stage's deck, from where an earlier attempt got to; returns its timing.
+    """Run the deck of a stage, resuming an earlier attempt; return its timing record.
 
-    It runs on links to the files of the case folder.
+    The deck runs on links to the files of the case folder.
     """
     run = run_of(task.stage, task.case, task.folder, task.ranks)
     beginning = begin(run)
@@ -150,7 +150,7 @@ def engine(task: Task) -> dict:
 
 
 def is_complete(task: Task) -> bool:
-    """Whether an earlier attempt made all products and was stopped while they were published."""
+    """Return whether an earlier attempt was killed while it moved its finished products."""
     if not (task.part / task.stage.products[-1]).exists():
         return False
     earlier = read_attempts(task.part)
@@ -160,11 +160,11 @@ def is_complete(task: Task) -> bool:
 
 @dataclass(frozen=True)
 class EarlierAttempt:
-    """An engine stage that ended early.
+    """An engine stage that was interrupted.
 
     Attributes:
-        note: what the next run will do about it.
-        ranks: those it goes on with; 0 if it begins anew.
+        note: what the next run will do.
+        ranks: MPI ranks on which it resumes; 0 if it starts again.
     """
 
     stage: str
@@ -173,7 +173,7 @@ class EarlierAttempt:
 
 
 def attempt_of(folder: Path, case: Case) -> EarlierAttempt | None:
-    """What an attempt has left of the stage that comes next; None if it has left nothing."""
+    """Return the interrupted attempt of the stage that comes next; None if there is none."""
     stages = [stage for stage in STAGES[case.kind] if stage.deck]
     if not any((folder / f"{stage.name}.part").exists() for stage in stages):
         return None
@@ -190,7 +190,7 @@ def attempt_of(folder: Path, case: Case) -> EarlierAttempt | None:
 
 
 def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
-    """What the stage asks of the engine."""
+    """Return the engine run of a stage: inputs, first step, number of steps, ranks."""
     inputs = digests([*_engine_inputs(stage, folder), find_engine()])
     time = case.time
     settled = time.settle_steps if stage.name == "rotate" else 0
@@ -199,8 +199,7 @@ def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
 
 
 def inputs_of(stage: Stage, folder: Path) -> list[str]:
-    """Files that a stage reads: those of its table, what its deck includes, an account of the
-    energy."""
+    """Return the files that a stage reads, with those its deck includes and the energy budget."""
     included = with_included((stage.deck,), folder) if stage.deck else []
     ledger = LEDGER_FILES if stage.name == "result" else ()
     return sorted({*stage.inputs, *included, *ledger})
@@ -211,14 +210,14 @@ def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:
 
 
 def settle(task: Task) -> None:
-    """Settle the charge, or take the bed of a case whose charge settles the same way."""
+    """Settle the charge, or copy the bed of a case whose charge settles in the same way."""
     from millscale.workflow.shared_settling import give, shared_bed, take
 
     products = task.stage.products
     with shared_bed(task.case, task.folder) as shared:
         if shared and take(shared, task.part, products):
             print(f"bed taken from {shared.folder}")
-            # Of a bed that this case settled itself before.
+            # The log of a bed that this case settled itself before.
             (task.folder / task.log).unlink(missing_ok=True)
             _drop_all_but(products, task.part)
             return
@@ -227,7 +226,7 @@ def settle(task: Task) -> None:
             (task.part / name).unlink(missing_ok=True)
         write_json(task.part / products[-1], record | bed_part(task.case, task.part))
         (task.part / BED_DUMP).unlink()
-        # A full disk cuts a file without an error of the engine.
+        # On a full disk the engine truncates files without an error.
         read_restart(task.part / products[0])
         if shared:
             made = {name: task.part / name for name in products}
@@ -235,13 +234,13 @@ def settle(task: Task) -> None:
 
 
 def provenance_of(task: Task, made: Mapping[str, Path], log: Path) -> dict[str, Any]:
-    """What provenance.json says of a stage that has made these files, by name."""
+    """Return the record for provenance.json of a stage that has made these files, by name."""
     inputs = inputs_of(task.stage, task.folder)
     return stage_provenance(task.folder, task.case, inputs, made, log, task.ranks)
 
 
 def _drop_all_but(products: tuple[str, ...], part: Path) -> None:
-    """What an own attempt to settle has left."""
+    """Delete all files in a part folder but the products."""
     for path in part.iterdir():
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
@@ -250,7 +249,7 @@ def _drop_all_but(products: tuple[str, ...], part: Path) -> None:
 
 
 def bed_part(case: Case, folder: Path) -> dict[str, Any]:
-    """What settled.json says of the bed whose dump lies in a folder."""
+    """Return the part of settled.json that describes the bed whose dump is in a folder."""
     from millscale.packing import bed
     from millscale.packing.charge import room_of
 

@@ -1,9 +1,8 @@
-"""`millscale verify`: are the files of a runs folder what its campaign and its stages made?
+"""`millscale verify`: compare the files of a runs folder with their digests, campaign and version.
 
-Products and shared beds are compared with the digests in provenance.json, what a stage has read
-with what is there, case.json with what the campaign says now, parameters.in and the decks with what
-case.json and this version make of them. Every file is hashed anew. Whoever can write into the
-folder can write digests too: they show damage and mix-ups, not forgery.
+Products, inputs and shared beds are compared with the digests in provenance.json, case.json with
+the campaign, parameters.in with case.json, and the decks with this version. The comparison finds
+damage and mix-ups, not forgery: digests can be written too.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _MOST_KEYS = 3
 
 @dataclass(frozen=True)
 class Difference:
-    """A file that is not what it should be; `case` is empty for files of the whole campaign."""
+    """A file that differs from what it should be; `case` is empty for files of the campaign."""
 
     case: str
     file: str
@@ -46,7 +45,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Verified:
-    """What a look at a runs folder found."""
+    """The outcome for a runs folder."""
 
     cases: int
     files: int
@@ -54,7 +53,7 @@ class Verified:
 
 
 def verify(runs: Path) -> Verified:
-    """Compare every file of a runs folder that is recorded or can be derived.
+    """Compare every file of a runs folder that has a digest or can be derived.
 
     Raises:
         CampaignError: the folder holds no generated campaign.
@@ -73,7 +72,7 @@ def verify(runs: Path) -> Verified:
 
 
 def _beds(runs: Path) -> Iterator[Difference]:
-    """The settled beds that cases share."""
+    """Yield the settled beds that cases share."""
     stage = stage_of("multi-ball", STAGE)
     for folder in sorted((runs / FOLDER).glob("*")):
         name = f"{FOLDER}/{folder.name}/{stage.products[0]}"
@@ -83,10 +82,10 @@ def _beds(runs: Path) -> Iterator[Difference]:
 def _derived(
     runs: Path, summary: Mapping[str, Any]
 ) -> tuple[dict[str, Case] | None, list[Difference]]:
-    """The cases that the campaign's copy describes, by id, or why there are none."""
+    """Return the cases of the campaign's copy, by id, or None and the reason."""
     copy = runs / CAMPAIGN_COPY
     if not copy.exists():
-        return None, [Difference("", CAMPAIGN_COPY, "missing: case.json cannot be derived anew")]
+        return None, [Difference("", CAMPAIGN_COPY, "missing: case.json cannot be derived")]
     try:
         campaign = replace(load_campaign(copy), name=summary["name"])
         cases = {case.id: case for case in cases_of(campaign)}
@@ -98,7 +97,7 @@ def _derived(
 
 
 def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Difference]:
-    """Every file of a case that was looked at; those in order have no `what`."""
+    """Yield every file of a case that was compared; `what` is empty if it does not differ."""
     case_id = folder.name
     try:
         case = load_case(folder)
@@ -161,8 +160,8 @@ def _products(folder: Path, case: Case) -> Iterator[Difference]:
 
 
 def _found(folder: Path, recorded: Mapping[str, Any], name: str) -> str | None:
-    """Digest of an input: of a product that was recorded, since its own stage compares the file;
-    of any other file, such as a deck, which may be edited by hand, as it is."""
+    """Return the digest of an input: the recorded one of a product, which its own stage compares
+    with the file, or that of the file itself, such as a deck, which may be edited."""
     made = next((x["products"][name] for x in recorded.values() if name in x["products"]), None)
     if made and not name.endswith(".in"):
         return made
