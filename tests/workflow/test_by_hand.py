@@ -459,7 +459,7 @@ def test_what_cannot_be_shown_to_be_of_this_case_is_not_used(by_hand, change, re
     run_case(case, 1)
     record = read_record(case)
     assert (record.state, record.kind) == ("failed", "by hand")
-    assert reason in record.cause and "move what is named to another folder" in record.advice
+    assert reason in record.cause and "move the named file to another folder" in record.advice
     assert engine_files(case) == before, "results made by hand were lost"
     assert not (case / "result.json").exists()
     # A look at the status reads no dumps, and only what the next stage would read.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from millscale.formats import counted
 from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
 from millscale.runs.digests import Digests
@@ -148,7 +149,7 @@ def take_over(task: Task) -> HandRun:
     except NotUsedError as error:
         print(error, flush=True)
         raise
-    print(f"run by hand on {run.ranks} MPI ranks: taken over", flush=True)
+    print(f"run by hand on {counted(run.ranks, 'MPI rank')}: taken over", flush=True)
     record = dict(run.timing)
     if task.stage.name == "settle":
         record |= bed_part(task.case, task.folder)
