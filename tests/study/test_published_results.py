@@ -1,17 +1,17 @@
 """Results of several studies in one committed file."""
 
-from millscale.study.results import published, with_study
+from millscale.study.results import with_study
 
 
-def results(name):
-    return {"name": name, "rows": [{"setting": "a"}], "missing": {}}
+def document(*names, commit, **more):
+    rows = [{"study": name, "setting": commit} for name in names]
+    return {"schema": 1, "rows": rows, "studies": dict.fromkeys(names, commit), **more}
 
 
 def test_a_study_replaces_its_own_rows_and_keeps_the_others_and_other_keys():
-    before = published([results("one"), results("two")], {"commit": "old"})
-    before["withdrawn"] = "Power and torque are withdrawn."
-    after = with_study(before, published([results("two")], {"commit": "new"}))
+    before = document("one", "two", commit="old", withdrawn="Power is withdrawn.")
+    after = with_study(before, document("two", commit="new"))
     assert after["withdrawn"] == before["withdrawn"]
     assert [row["study"] for row in after["rows"]] == ["one", "two"]
-    commits = {name: study["provenance"]["commit"] for name, study in after["studies"].items()}
-    assert commits == {"one": "old", "two": "new"}
+    assert [row["setting"] for row in after["rows"]] == ["old", "new"]
+    assert after["studies"] == {"one": "old", "two": "new"}
