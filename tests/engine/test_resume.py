@@ -69,7 +69,7 @@ def test_it_goes_on_from_the_newest_restart_file(stopped):
 
 def test_it_goes_on_with_the_ranks_it_began_with_alone(stopped):
     before = {path.name: path.read_bytes() for path in stopped.part.iterdir()}
-    with pytest.raises(OtherRanksError, match="ran on 2 ranks, not on 1: take --ranks 2, or"):
+    with pytest.raises(OtherRanksError, match="ran on 2 ranks, not on 1: set --ranks 2, or"):
         begin(replace(stopped, ranks=1))
     assert {path.name: path.read_bytes() for path in stopped.part.iterdir()} == before
     # There is nothing to go on from: any number will do.
@@ -144,7 +144,7 @@ def test_the_series_goes_on_without_gap_or_repetition(stopped):
 def test_a_file_after_a_row_that_a_full_disk_has_taken_is_of_no_use(stopped, lost):
     series(stopped.part, 340, without={lost})
     beginning = begin(stopped)
-    assert "mill.2.restart is of no use: series.csv" in beginning.note
+    assert "mill.2.restart cannot be used: series.csv" in beginning.note
     assert (beginning.restart is None) == (lost == 100)
 
 
@@ -154,7 +154,7 @@ def test_a_file_after_a_cut_dump_is_of_no_use(stopped):
     dump(stopped.part, 340, lines=0)  # will be written again
     beginning = begin(stopped)
     assert beginning.restart.step == 200
-    assert "mill.2.restart is of no use: dump/charge.000000250.liggghts" in beginning.note
+    assert "mill.2.restart cannot be used: dump/charge.000000250.liggghts" in beginning.note
 
 
 def test_what_the_engine_writes_when_it_is_told_to_end_is_dropped(stopped):
@@ -212,4 +212,4 @@ def test_a_file_is_of_no_use_where_the_account_lacks_a_row(stopped):
     series(stopped.part, 340)
     beginning = begin(stopped)
     assert beginning.restart.step == 200
-    assert "ledger.csv has step 260 where 250 was to be" in beginning.note
+    assert "ledger.csv has step 260, expected 250" in beginning.note

@@ -434,7 +434,7 @@ def _signed_wrong(case):
         (_edit("log.rotate", "^Loop time.*$", ""), "log.rotate ends at step 4243 of 4243"),
         (lambda case: (case / "log.rotate").unlink(), "no log.rotate shows how it was made"),
         (_cut_series, "series.csv has step"),
-        (_edit("series.csv", r"^1190,.*\n", ""), "series.csv has step 1225 where 1190 was to be"),
+        (_edit("series.csv", r"^1190,.*\n", ""), "series.csv has step 1225, expected 1190"),
         (_copy("series.csv"), "they are of different runs"),
         (_copy("series.csv", "log.rotate"), "log.rotate is not of this case.json"),
         (_copy("ledger.csv"), "ledger.csv and series.csv are of different runs"),

@@ -1,4 +1,4 @@
-"""attempts.json of a stage's part folder: from what, how often and where from the engine began."""
+"""attempts.json of a part folder: the starts of the engine, their inputs and their cost."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ ATTEMPTS_FILE = "attempts.json"
 
 @dataclass(frozen=True)
 class Cost:
-    """What steps took [s]: from start to end, on all processors, in the time loop, and the latter
-    times the ranks."""
+    """Cost of some steps [s]: wall time, processor time of all ranks, wall time of the time loop,
+    and that times the ranks."""
 
     wall_time: float = 0.0
     processor_time: float = 0.0
@@ -34,8 +34,8 @@ class Attempt:
     """One start of the engine.
 
     Attributes:
-        step: of the engine, where it began.
-        began: when it did [s since 1970].
+        step: step of the engine at which it began.
+        began: time at which it began [s since 1970].
         before: cost of the steps before `step`.
     """
 
@@ -47,7 +47,7 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Attempts:
-    """All starts of the engine for one run, the first one first.
+    """All starts of the engine for one run, in order.
 
     Attributes:
         inputs: file -> SHA-256 of what decides the run.
@@ -57,21 +57,21 @@ class Attempts:
     starts: tuple[Attempt, ...] = ()
 
     def cost_until(self, restart: RestartFile) -> Cost:
-        """Of the steps that led to a restart file; those that had to be made again not counted."""
+        """Return the cost of the steps before a restart file, without repeated steps."""
         writer = [attempt for attempt in self.starts if attempt.step < restart.step][-1]
         wall, loop = restart.written - writer.began, restart.loop_time
         return writer.before + Cost(wall, restart.processor_time, loop, loop * writer.ranks)
 
 
 def digests(files: Iterable[Path]) -> dict[str, str]:
-    """Name -> SHA-256 of each file that is there."""
+    """Return the SHA-256 of each file that exists, by name."""
     return {
         path.name: digest_of(path, follow=True) for path in sorted(set(files)) if path.is_file()
     }
 
 
 def read_attempts(part: Path) -> Attempts | None:
-    """The record of a part folder; None if there is none that can be read."""
+    """Return the record of a part folder; None if there is none that can be read."""
     try:
         content = read_object(part / ATTEMPTS_FILE, "")
         attempts = as_record(Attempts, {k: v for k, v in content.items() if k != "schema"})

@@ -1,6 +1,6 @@
-"""Whether an engine's log is that of a deck: the engine repeats each line of its input there.
+"""Comparison of an engine's log with a deck, whose lines the engine echoes there.
 
-A line with variables is repeated again each time that one of them has been replaced.
+A line with variables is echoed again after each replacement of a variable.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
-# First words of the engine's input; its own output begins otherwise.
+# First words of commands; the engine's other output begins with other words.
 _COMMANDS = """
 angle_coeff angle_style atom_modify atom_style bond_coeff bond_style boundary box change_box
 clear coarsegraining communicate compute compute_modify create_atoms create_box
@@ -24,12 +24,12 @@ undump unfix units variable velocity write_data write_dump write_restart
 COMMANDS = frozenset(_COMMANDS.split())
 _QUOTED = re.compile(r'"([^"]*)"')
 _DEFINITION = re.compile(r'variable (\w+) (?:string|index) "?([^"$#]+?)"?(?: #.*)?')
-# What an expression of variables becomes: a number.
+# An expression of variables is replaced by a number.
 _NUMBER = r"[^\s,\"]+"
 
 
 def difference(log: str, decks: Mapping[str, str], deck: str) -> str:
-    """How a log differs from that of a deck; empty if it does not.
+    """Return how a log differs from that of a deck; empty if it does not.
 
     Args:
         log: the engine's log.
@@ -56,7 +56,7 @@ def difference(log: str, decks: Mapping[str, str], deck: str) -> str:
 
 
 def _commands(text: str) -> Iterator[str]:
-    """The lines of a deck as the engine reads them: joined at `&`, blanks reduced to one."""
+    """Yield the lines of a deck as the engine reads them: joined at `&`, with single blanks."""
     joined = re.sub(r"&[ \t]*\n", "", text)
     for line in joined.splitlines():
         if line.strip():
@@ -64,7 +64,7 @@ def _commands(text: str) -> Iterator[str]:
 
 
 class _Forms:
-    """What lines can become when their variables are replaced."""
+    """Patterns of the lines that replacement of variables can produce."""
 
     def __init__(self, lines: Iterable[str]) -> None:
         lines = list(dict.fromkeys(lines))
@@ -94,7 +94,7 @@ class _Forms:
 
 
 def _pieces(line: str) -> Iterator[str]:
-    """A line cut into its variables, ${NAME} and $(EXPRESSION), and what is between them."""
+    """Yield the parts of a line: variables, ${NAME} and $(EXPRESSION), and the text between."""
     at = 0
     while at < len(line):
         begin = line.find("$", at)

@@ -1,4 +1,4 @@
-"""Runs a deck in the engine under mpirun, and says in the engine's own words why it failed."""
+"""Run a deck in the engine under mpirun; errors carry the engine's own message."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class DeckRun:
     """A deck to run to its end.
 
     Attributes:
-        folder: where it runs.
+        folder: working folder.
         log: name of the engine's log.
-        screen: the file this process's output goes to; searched for errors.
-        resume: go on from resume.restart.
+        screen: file that receives the output of this process; searched for errors.
+        resume: whether to continue from resume.restart.
     """
 
     deck: str
@@ -45,7 +45,7 @@ class DeckRun:
 
 @dataclass(frozen=True)
 class Spent:
-    """What a run took [s]: from start to end, and on processors, the sum of all ranks.
+    """Wall time and processor time, summed over all ranks, of a run [s].
 
     Beside other work the first is longer than the run needs; the second is not.
     """
@@ -55,7 +55,7 @@ class Spent:
 
 
 def find_engine() -> Path:
-    """The executable: $MILLSCALE_ENGINE, beside this Python, on the PATH or in build/."""
+    """Return the executable: $MILLSCALE_ENGINE, beside this Python, on the PATH or in build/."""
     named = os.environ.get(ENGINE_VARIABLE)
     if named:
         if not os.access(named, os.X_OK):
@@ -80,7 +80,7 @@ def find_engine() -> Path:
 
 
 def mpirun_line(engine: Path | str, deck: str, log: str, ranks: int) -> list[str]:
-    """The command that runs a deck.
+    """Return the command that runs a deck.
 
     The screen output stays on: with `-screen none` the engine loses every error of a rank above 0.
     Ranks are not bound: several mpirun at once would bind to the same core.
@@ -94,12 +94,12 @@ def mpirun_line(engine: Path | str, deck: str, log: str, ranks: int) -> list[str
 
 
 def mpirun_text(line: list[str]) -> str:
-    """The command as one would type it."""
+    """Return the command as typed in a shell."""
     return shlex.join(line)
 
 
 def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
-    """Run a deck to its end. It prints to this process's output.
+    """Run a deck to its end; it prints to the output of this process.
 
     Args:
         lock: descriptor that the engine inherits, so that the folder stays locked while it lives.
@@ -110,7 +110,7 @@ def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
     print(mpirun_text(line), flush=True)
     begin, processor_begin = time.monotonic(), _processor_time()
     try:
-        # A session of its own: a Ctrl-C reaches the stage only, which then ends mpirun once.
+        # In a session of its own, so that Ctrl-C reaches only the stage, which then ends mpirun.
         process = subprocess.Popen(
             line,
             cwd=run.folder,
@@ -134,7 +134,7 @@ def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
 
 
 def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
-    """Run an engine in a folder; what it printed, and why it did not come to its end, if so."""
+    """Run an engine in a folder; return its output, and why it failed, or None."""
     done = subprocess.run(
         line,
         cwd=folder,
@@ -158,7 +158,7 @@ def engine_environment() -> dict[str, str]:
 
 
 def _processor_time() -> float:
-    """User and system time of ended children and theirs [s]."""
+    """Return user and system time of ended children and their children [s]."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 

@@ -1,4 +1,4 @@
-"""The machine: how many cores it offers, how cases share them, its name in timing.json."""
+"""The machine: its cores, how cases share them, and its description in timing.json."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _QUOTA = Path("/sys/fs/cgroup/cpu.max")
 
 @dataclass(frozen=True)
 class CoreWish:
-    """What someone wants: ranks of a multi-ball case, cases at a time; None leaves it open."""
+    """Requested MPI ranks of a multi-ball case, and cases at a time; None for no request."""
 
     ranks: int | None = None
     jobs: int | None = None
@@ -32,7 +32,7 @@ class Allocation:
         ranks: MPI ranks by case id; a single ball runs on one.
         jobs: the most cases that run at a time.
         cores: the most cores in use at a time.
-        notes: what the campaign asks for and does not get, and why.
+        notes: requests of the campaign that this machine cannot meet, and why.
     """
 
     ranks: Mapping[str, int]
@@ -42,7 +42,7 @@ class Allocation:
 
 
 def available_cores() -> int:
-    """Cores this process may use: its CPU affinity, lowered by the quota of its container."""
+    """Return the cores that this process may use, by CPU affinity and the container's quota."""
     cores = len(os.sched_getaffinity(0))
     try:
         quota, period = _QUOTA.read_text(encoding="utf-8").split()
@@ -52,12 +52,12 @@ def available_cores() -> int:
 
 
 def physical_cores() -> int:
-    """Cores of the machine, not counting a second thread of the same core."""
+    """Return the cores of the machine; a second hardware thread does not count."""
     return psutil.cpu_count(logical=False) or available_cores()
 
 
 def hardware() -> dict[str, str | int]:
-    """Processor model, its cores, and the cores this process may use, as in timing.json."""
+    """Return processor model, its cores, and the cores this process may use, for timing.json."""
     return {"cpu": _cpu_model(), "cores": physical_cores(), "available_cores": available_cores()}
 
 
@@ -71,7 +71,7 @@ def _cpu_model() -> str:
 
 
 def allowed(asked: CoreWish, cores: int, charges: bool) -> int:
-    """Cores that are asked for in so many words, 1 if none are.
+    """Return the cores that options request; 1 if there is no request.
 
     Args:
         charges: whether there are multi-ball cases; single balls run on one rank.

@@ -1,4 +1,4 @@
-"""Whether what the engine wrote while it ran is all there, up to a step."""
+"""Check that series and dumps of a run are complete up to a step."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _BLOCK_BYTES = 1 << 20
 
 
 def check_output(part: Path, first: int, step: int) -> None:
-    """Look at the series that are there and the dumps of the steps after `first` up to `step`.
+    """Check the existing series, and the dumps up to a step.
 
-    A full disk takes rows and parts of dumps without an error of the engine.
+    On a full disk, rows and parts of dumps are lost without an error of the engine.
 
     Raises:
         NotWholeError: a row or a part of a dump is missing.
@@ -35,30 +35,30 @@ def check_output(part: Path, first: int, step: int) -> None:
 
 
 def series_length(path: Path, first: int, step: int) -> int:
-    """Bytes of a series from its begin to its last row up to `step`.
+    """Return the bytes of a series from its begin to its last row up to `step`.
 
     Args:
         first: step at which the run began, before the first row.
 
     Raises:
-        NotWholeError: a row is missing or cut on the way.
+        NotWholeError: a row before is missing or cut.
     """
     rows = list(_rows(path, step))
     if not rows:
         raise NotWholeError(f"{path.name} has no row before step {step}")
     steps = [row for row, _ in rows]
-    # The engine writes a row at each multiple of a number of steps; a single row does not tell it.
+    # The engine writes a row at each multiple of a number of steps, unknown from a single row.
     every = steps[1] - steps[0] if len(steps) > 1 else 0
     alone = [row for row in steps[:1] if row > first]
     planned = range(first // every * every + every, step + 1, every) if every > 0 else alone
     for row, plan in zip_longest(steps, planned):
         if row != plan:
-            raise NotWholeError(f"{path.name} has step {row} where {plan} was to be")
+            raise NotWholeError(f"{path.name} has step {row}, expected {plan}")
     return rows[-1][1]
 
 
 def _rows(path: Path, last: int) -> Iterator[tuple[int, int]]:
-    """Step of each row up to `last` after the header, and where in the file the row ends."""
+    """Yield the step of each row up to `last`, and the offset at which the row ends."""
     with open_regular(path) as file:
         header = file.readline()
         columns, end, cut = header.count(b","), len(header), False
@@ -76,7 +76,7 @@ def _rows(path: Path, last: int) -> Iterator[tuple[int, int]]:
 
 
 def _dump_is_whole(path: Path) -> bool:
-    """As many lines as its header says there are balls."""
+    """Return whether a dump has as many lines as its header announces balls."""
     with open_regular(path) as file:
         header = [file.readline().strip() for _ in range(4)]
         file.seek(0)

@@ -1,4 +1,4 @@
-"""Processes that end with the one that started them, however that one ends. Linux only."""
+"""End a process when its parent dies, however that happens. Linux only."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent(number: int = signal.SIGTERM) -> Callable[[], None]:
-    """A function that makes the kernel send `number` to this process when its parent has died.
+    """Return a function that makes the kernel send a signal to this process when its parent dies.
 
-    Call it at once, or hand it to Popen as `preexec_fn`. What a killed workflow leaves running
-    would keep its folders locked, and work on for nobody.
+    Call it at once, or pass it to Popen as `preexec_fn`. Without it, processes of a killed workflow
+    would run on and keep their folders locked.
     """
     if sys.platform != "linux":
         return lambda: None

@@ -1,4 +1,4 @@
-"""Restart files signed by `fix mill/restart`: whole ones are told from cut or changed ones."""
+"""Restart files with the signature of `fix mill/restart`, which shows whether a file is whole."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BLOCK_BYTES = 1 << 20
 
 
 class NotWholeError(Exception):
-    """A file that a run would go on from is not whole; the text says which and why."""
+    """A file that a run would continue from is not whole; the text states which and why."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,10 @@ class RestartFile:
     """A whole restart file.
 
     Attributes:
-        step: time step of the engine it holds.
-        written: when it was [s since 1970].
-        loop_time, processor_time: cost of the engine that wrote it until then [s]: of its time
-            loop, and of all its ranks.
+        step: step of the engine.
+        written: time of writing [s since 1970].
+        loop_time, processor_time: cost of the run until then [s]: wall time of its time loop, and
+            processor time of all its ranks.
     """
 
     path: Path
@@ -45,7 +45,7 @@ class RestartFile:
 
 
 def read_restart(path: Path) -> RestartFile:
-    """What a restart file says of itself.
+    """Return step, time and cost of a restart file.
 
     Raises:
         NotWholeError: it is cut, changed or not signed.
@@ -64,10 +64,10 @@ def read_restart(path: Path) -> RestartFile:
 
 
 def holds(path: Path, positions: np.ndarray) -> bool:
-    """Whether a restart file holds balls at these positions.
+    """Return whether a restart file holds balls at these positions.
 
-    The engine writes a ball as doubles, its position in a row. y, along which the box is periodic,
-    is left out.
+    The engine writes a ball as doubles, with its position in sequence. y is not compared, because
+    the box is periodic in it.
 
     Args:
         positions: (n, 3) float [m], of a few balls, known to 9 digits.

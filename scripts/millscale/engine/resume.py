@@ -1,7 +1,7 @@
-"""Where an engine stage begins: at the newest whole restart file of earlier attempts, or anew.
+"""Begin of an engine stage: the newest whole restart file of earlier attempts, or the first step.
 
-An attempt that ends early leaves its part folder. The next one finds there restart files, series
-and dumps, and attempts.json, which says what they were made of.
+An interrupted attempt leaves its part folder with restart files, series, dumps, and attempts.json,
+which records the inputs they were made from.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from millscale.terminal import one_line
 
 RESUME_FILE = "resume.restart"
 RESTART_FILES = ("mill.1.restart", "mill.2.restart", RESUME_FILE)
-# What no later stage needs.
+# Files that only attempts need.
 OF_ATTEMPTS = {ATTEMPTS_FILE, RESUME_FILE}
 
 
 @dataclass(frozen=True)
 class Run:
-    """What an engine stage is to do.
+    """The engine run of a stage.
 
     Attributes:
-        inputs: file -> SHA-256 of what decides it.
+        inputs: SHA-256 of each input, by file.
         first: step of the engine at which it begins.
-        steps: from there to its end.
+        steps: number of steps from there to its end.
     """
 
     part: Path
@@ -49,12 +49,12 @@ class Run:
 
 @dataclass(frozen=True)
 class Beginning:
-    """Where the engine begins.
+    """The begin of an engine run.
 
     Attributes:
-        restart: file to go on from, RESUME_FILE; None to begin anew.
-        note: what happened, for people; empty at the first attempt.
-        attempts: starts of the engine, this one included.
+        restart: file to continue from, RESUME_FILE; None to start at the first step.
+        note: what happens, for people; empty at the first attempt.
+        attempts: starts of the engine, including this one.
     """
 
     restart: RestartFile | None
@@ -63,12 +63,12 @@ class Beginning:
 
     @property
     def before(self) -> Cost:
-        """Cost of the steps before this beginning."""
+        """Cost of the steps before this start."""
         return self.attempts.starts[-1].before
 
 
 def look(run: Run) -> tuple[RestartFile | None, str]:
-    """The restart file an attempt would go on from, and what to tell; changes nothing."""
+    """Return the restart file to continue from, and a note for people; changes no file."""
     earlier = read_attempts(run.part)
     if earlier is None:
         return None, ""
@@ -82,24 +82,26 @@ def look(run: Run) -> tuple[RestartFile | None, str]:
         return None, f"starts over: {names} changed since the last attempt"
     restart, problems = _newest_whole(run)
     if restart and not any(start.step < restart.step for start in earlier.starts):
-        problems.append(f"{ATTEMPTS_FILE} does not hold who wrote {restart.path.name}")
+        problems.append(f"{ATTEMPTS_FILE} has no attempt that wrote {restart.path.name}")
         restart = None
     if restart:
-        told = f"goes on from step {restart.step - run.first} of {run.steps} ({restart.path.name})"
+        action = (
+            f"goes on from step {restart.step - run.first} of {run.steps} ({restart.path.name})"
+        )
     else:
-        told = "begins anew: no restart file to go on from"
-    return restart, "; ".join([told, *problems])
+        action = "begins anew: no restart file to go on from"
+    return restart, "; ".join([action, *problems])
 
 
 class OtherRanksError(RuntimeError):
-    """A run would go on with another number of ranks than it began with."""
+    """A run would continue on another number of ranks than it began with."""
 
 
 def begin(run: Run) -> Beginning:
-    """Record that the engine begins, and make the part folder ready for it.
+    """Record a start of the engine, and prepare the part folder for it.
 
     Raises:
-        OtherRanksError: the attempt to go on from had another number of ranks.
+        OtherRanksError: the attempt to continue had another number of ranks.
     """
     restart, note = look(run)
     earlier = read_attempts(run.part) if restart else None
@@ -107,20 +109,20 @@ def begin(run: Run) -> Beginning:
         ranks = earlier.starts[-1].ranks
         if ranks != run.ranks:
             raise OtherRanksError(
-                f"the attempt to go on from ran on {ranks} ranks, not on {run.ranks}: take --ranks "
-                f"{ranks}, or millscale run --start-over to begin it anew"
+                f"the attempt to continue ran on {ranks} ranks, not on {run.ranks}: set --ranks "
+                f"{ranks}, or start again with millscale run --start-over"
             )
         before, starts = earlier.cost_until(restart), earlier.starts
-        # Before anything that can fail: if it does, the next attempt finds the same files.
+        # Before any step that can fail, so that the next attempt finds the same files.
         attempts = _record(run, restart.step, before, starts)
         restart = _put_aside(restart)
         _cut(run, restart.step)
-        # Written by the engine when it is told to end: at a step where the run would not be the
-        # same bit by bit.
+        # The engine writes these when a signal ends it, at a step from which the run would not be
+        # bit-identical.
         for path in run.part.glob("restart_forced_liggghts_*"):
             path.unlink()
     else:
-        # First of all: a record of new inputs beside files of old ones would be a wrong one.
+        # First: a record of new inputs beside files of old ones would be wrong.
         shutil.rmtree(run.part, ignore_errors=True)
         run.part.mkdir()
         attempts = _record(run, run.first, Cost(), ())
@@ -134,7 +136,7 @@ def _record(run: Run, step: int, before: Cost, starts: tuple[Attempt, ...]) -> A
 
 
 def _newest_whole(run: Run) -> tuple[RestartFile | None, list[str]]:
-    """The newest restart file that is whole, as is the output up to it; why others are not."""
+    """Return the newest restart file that is whole and has whole output; why others are not."""
     found, problems = [], []
     for name in RESTART_FILES:
         try:
@@ -148,12 +150,12 @@ def _newest_whole(run: Run) -> tuple[RestartFile | None, list[str]]:
             check_output(run.part, run.first, restart.step)
             return restart, problems
         except (NotWholeError, OSError) as error:
-            problems.append(f"{restart.path.name} is of no use: {error}")
+            problems.append(f"{restart.path.name} cannot be used: {error}")
     return None, problems
 
 
 def _put_aside(restart: RestartFile) -> RestartFile:
-    """Out of the way of the files to come, so that there is a whole one at any moment."""
+    """Rename a restart file, so that new ones do not replace the only whole one."""
     aside = restart.path.with_name(RESUME_FILE)
     restart.path.replace(aside)
     return RestartFile(
@@ -162,7 +164,7 @@ def _put_aside(restart: RestartFile) -> RestartFile:
 
 
 def _cut(run: Run, step: int) -> None:
-    """Drop the rows after the step: the engine appends those to come."""
+    """Delete the rows after a step; the engine appends new ones."""
     for series in (run.part / name for name in SERIES):
         if not series.exists():
             continue

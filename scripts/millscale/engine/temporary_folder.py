@@ -1,8 +1,7 @@
-"""A temporary folder of our own, for what the engine, MPI and Snakemake leave when they are killed.
+"""Temporary folder of a run, for files that the engine, MPI and Snakemake leave when killed.
 
-They clean up behind them if they come to their end. What is killed cannot, so a run gives them a
-folder whose name holds the process it belongs to, and whoever comes later removes those whose
-process has gone.
+The name of the folder contains the process it belongs to. Later runs delete the folders of
+processes that no longer exist.
 """
 
 from __future__ import annotations
@@ -22,23 +21,23 @@ import psutil
 
 _PREFIX = "millscale"
 _NAME = re.compile(rf"{_PREFIX}-([0-9a-f]{{8}})-([0-9]{{1,9}})-([0-9]{{1,12}})-\w+")
-# Open MPI keeps the shared memory of a machine's ranks here, whatever the temporary folder is.
+# Open MPI keeps shared memory of its ranks here, whatever the temporary folder is.
 SHARED_MEMORY = Path("/dev/shm")
 MPI_VARIABLES = ("OMPI_MCA_btl_vader_backing_directory", "OMPI_MCA_btl_sm_backing_directory")
 
 
 @contextmanager
 def own_folder() -> Iterator[None]:
-    """Give this process and its children a temporary folder that is removed at the end.
+    """Give this process and its children a temporary folder that is deleted at the end.
 
-    A process whose parent has one shares it. What processes that have gone left is removed.
+    A process whose parent has one shares it. Folders of processes that have ended are deleted.
     """
     sweep()
     if _is_ours(Path(tempfile.gettempdir()).name):
         try:
             yield
         finally:
-            # The run that it belongs to may have been killed meanwhile.
+            # The run of the folder may have been killed meanwhile.
             sweep()
         return
     folders = [_make(Path(tempfile.gettempdir()))]
@@ -57,13 +56,13 @@ def own_folder() -> Iterator[None]:
 
 
 def run_has_gone() -> bool:
-    """Whether the run whose folder this process was given has ended, before this process began to
-    watch its parent."""
+    """Return whether the run whose folder this process uses ended before it could watch its
+    parent."""
     return _has_gone(Path(os.environ.get("TMPDIR", "")).name)
 
 
 def sweep() -> None:
-    """Remove the folders of processes of this user and machine that have gone."""
+    """Delete the folders of ended processes of this user and machine."""
     here = Path(tempfile.gettempdir())
     places = {here.parent if _NAME.fullmatch(here.name) else here, SHARED_MEMORY}
     for place in places:
@@ -82,7 +81,7 @@ def _make(place: Path) -> Path:
 
 
 def _is_ours(name: str) -> bool:
-    """Whether a folder belongs to a run on this machine that goes on."""
+    """Return whether a folder belongs to a run on this machine that still exists."""
     match = _NAME.fullmatch(name)
     return bool(match) and match[1] == _host() and not _has_gone(name)
 
@@ -109,5 +108,5 @@ def _set(variables: Mapping[str, str | None]) -> None:
             os.environ.pop(name, None)
         else:
             os.environ[name] = value
-    # Asked for once and then remembered.
+    # The module remembers the folder; look it up again.
     tempfile.tempdir = None

@@ -1,4 +1,4 @@
-"""timing.json: what a run cost, on which hardware, and where the time went."""
+"""timing.json: cost, hardware and shares of the time of a run."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from millscale.engine.machine import hardware
 
 @dataclass(frozen=True)
 class Before:
-    """The steps that earlier starts of the engine made: how many, in how many attempts, at what
-    cost."""
+    """Steps of earlier starts of the engine: their number, their attempts, their cost."""
 
     steps: int
     attempts: int
@@ -21,12 +20,12 @@ class Before:
 
 
 def timing_record(stage: str, spent: Spent, loop: LoopTiming, before: Before) -> dict:
-    """The content of timing.json.
+    """Return the content of timing.json.
 
     Args:
         spent: time from the start of mpirun to its end.
-        loop: what the engine's log says of its time loop.
-        before: the same of the steps before the last start of the engine.
+        loop: timing of the time loop in the engine's log.
+        before: the steps before the last start of the engine.
     """
     cost = before.cost + Cost(
         spent.wall_time, spent.processor_time, loop.loop_time, loop.loop_time * loop.ranks

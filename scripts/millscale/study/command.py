@@ -1,4 +1,4 @@
-"""`millscale study`: brings the settings of a study to their results and compares them."""
+"""`millscale study`: run the settings of a parameter study and compare them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rich.console import Console
 from millscale.engine.machine import CoreWish
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError, nearest
-from millscale.formats import duration
+from millscale.formats import counted, duration
 from millscale.runs.case_folder import RunFolderError, read_json
 from millscale.runs.lock import hold
 from millscale.runs.writing import write_json
@@ -30,14 +30,14 @@ from millscale.workflow.run_command import Request, check_free_disk, request, ru
 
 @dataclass(frozen=True)
 class StudyCall:
-    """What was asked for.
+    """Arguments of the command.
 
     Attributes:
-        runs: folder of the study; None with `plan` if it is not to be looked at.
-        others: runs folders whose finished cases are taken.
+        runs: folder of the study; None with `plan` if there is none.
+        others: runs folders whose finished cases are reused.
         only: names of settings to run, or patterns with `*`; empty for every setting.
-        no_run: compare what is finished.
-        to: file to put the results into as well.
+        no_run: compare finished cases only.
+        to: file that also gets the results.
     """
 
     file: Path
@@ -51,9 +51,9 @@ class StudyCall:
 
 
 def plan(call: StudyCall) -> list[dict[str, Any]]:
-    """Rows of `plan.study_plan`; writes nothing."""
+    """Return the rows of `plan.study_plan`; writes no file."""
     study = load_study(call.file)
-    # No folder: nothing is finished, but in the others.
+    # Without a folder, only cases of other folders can be finished.
     places = Places(call.runs or Path("/nonexistent"), call.others)
     places.check()
     chosen = {setting.name for setting in _chosen(study, call.only)}
@@ -62,10 +62,10 @@ def plan(call: StudyCall) -> list[dict[str, Any]]:
 
 
 def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, StudyResults]:
-    """Run what is missing, write the page; whether all cases have their results, and the results.
+    """Run missing cases and write the page; return whether all cases have results, and the results.
 
     Raises:
-        CampaignError: what was asked for cannot be done, or nothing can be compared.
+        CampaignError: wrong arguments, or no case can be compared.
     """
     study = load_study(call.file)
     places = Places(call.runs, call.others)
@@ -89,26 +89,28 @@ def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, StudyResul
 
 
 def results_text(call: StudyCall) -> str:
-    """speed-against-error.json of a study that has been compared."""
+    """Return speed-against-error.json of a study that has been compared."""
     return (call.runs / REPORT / RESULTS).read_text(encoding="utf-8").rstrip("\n")
 
 
 def _run_settings(
     study: StudyFile, chosen: Sequence[Setting], places: Places, call: StudyCall, console: Console
 ) -> bool:
-    """Run the cases that are finished nowhere, a setting after the other; what a setting fails of
-    does not stop the others."""
+    """Run the cases that are not finished anywhere, one setting after the other.
+
+    A case that fails does not stop the others.
+    """
     done = True
     for number, setting in enumerate(chosen, 1):
-        # Looked for anew each time: an earlier setting may just have made the same case.
+        # Searched before each setting: an earlier one may have run the same case.
         asked = _request(study, setting, places, call.cores)
         title = f"setting {number} of {len(chosen)}, {setting.name}"
         if asked is None:
             console.print(f"{title}: done", markup=False, highlight=False)
             continue
         time = duration(campaign_time(asked.cases, asked.allocation, asked.rates))
-        told = f"{title}: {len(asked.cases)} of {len(setting.cases)} cases, about {time}"
-        console.print(told, markup=False, highlight=False)
+        text = f"{title}: {len(asked.cases)} of {counted(len(setting.cases), 'case')}, about {time}"
+        console.print(text, markup=False, highlight=False)
         if not call.ignore_disk:
             check_free_disk(asked)
         done &= run_campaign(asked, console)
@@ -116,7 +118,7 @@ def _run_settings(
 
 
 def _request(study: StudyFile, setting: Setting, places: Places, cores: CoreWish) -> Request | None:
-    """What of a setting is still to run; None if nothing is."""
+    """Return the request for the cases of a setting that still have to run; None if none have."""
     found = found_cases(study, setting, places)
     left = [case.id for case in setting.cases if case.id not in found]
     folder = places.of(setting)
@@ -132,7 +134,7 @@ def _compared(runs: Path, about: dict[str, Any]) -> StudyResults:
 
 
 def _content_of(file: Path) -> dict[str, Any]:
-    """speed-against-error.json as it stands, or an empty one."""
+    """Return speed-against-error.json, or an empty one."""
     if not file.exists():
         if not file.parent.is_dir():
             raise CampaignError("millscale study", "--to", f"no folder {file.parent}", "a file")

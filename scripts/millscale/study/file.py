@@ -1,6 +1,6 @@
-"""A study file: settings of one campaign, of which one is the reference the others are told by.
+"""Study file: settings of one campaign, one of which is the reference.
 
-A setting is an ordinary campaign: the base file with the changes of [all] and then its own.
+A setting is a campaign: the base file with the changes of [all] and then its own changes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from millscale.runs.case_file import Case
 
 Tree = dict[str, Any]
 MOST_SETTINGS = 1000
-# A study has no use for single balls: what is compared is the shape and the power of a charge.
+# A study compares shape and power of charges, which single balls do not have.
 LEFT_OUT = "single_ball"
 
 STUDY_KEYS = {
@@ -44,11 +44,11 @@ _PARTS = ("study", "all", "setting")
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting of the accuracy knobs.
+    """One setting of a parameter study.
 
     Attributes:
         tree: content of its campaign file.
-        campaign: the same, checked and resolved.
+        campaign: that campaign, checked and resolved.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Setting:
     cases: tuple[Case, ...]
 
     def text(self) -> str:
-        """Its campaign file."""
+        """Return its campaign file."""
         return toml_text(self.tree)
 
 
@@ -75,7 +75,7 @@ class StudyFile:
 
 
 def load_study(path: str | Path) -> StudyFile:
-    """The study a TOML file describes, every setting checked as a campaign.
+    """Return the study of a TOML file; every setting is checked as a campaign.
 
     Raises:
         CampaignError: the study file, its base or a setting is not accepted.
@@ -114,7 +114,7 @@ def _base(path: Path, name: str) -> Tree:
 
 
 def merged(path: Path, where: str, base: Tree, changes: Any) -> Tree:
-    """A campaign with some keys left out and some changed; neither argument is.
+    """Return a campaign with some keys left out and some changed; the arguments stay as they are.
 
     Raises:
         CampaignError: the changes are not sections of keys, or a key to leave out is not there.
@@ -142,8 +142,8 @@ def merged(path: Path, where: str, base: Tree, changes: Any) -> Tree:
 
 def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
     entry = _section(path, f"setting {index + 1}", entry)
-    told = {key: value for key, value in entry.items() if key in SETTING_KEYS}
-    about = read_section(path, f"setting {index + 1}", told, SETTING_KEYS)
+    own = {key: value for key, value in entry.items() if key in SETTING_KEYS}
+    about = read_section(path, f"setting {index + 1}", own, SETTING_KEYS)
     name = about["name"]
     if not NAME.fullmatch(name) or len(name) > 64:
         accepted = "up to 64 lower-case letters, digits and single hyphens, such as step-1e-4"
@@ -181,7 +181,7 @@ def _section(path: Path, where: str, content: Any) -> Mapping[str, Any]:
 
 
 def toml_text(tree: Tree) -> str:
-    """A campaign of sections of plain values and lists as TOML."""
+    """Return a campaign, sections of plain values and lists, as TOML."""
     sections = []
     for name, content in tree.items():
         lines = [f"{key} = {_value(value)}" for key, value in content.items()]

@@ -1,7 +1,6 @@
-"""Where the cases of a study lie: in its own runs folder, or finished in another.
+"""Folders of the cases of a study: in its own runs folder, or finished in another.
 
-A case is the same wherever it lies if its case.json agrees in all that decides it; its id and the
-name of its campaign do not.
+A case is reused if its case.json agrees in all keys but `id` and `campaign`.
 """
 
 from __future__ import annotations
@@ -29,19 +28,19 @@ class Places:
     """Folders of a study.
 
     Attributes:
-        runs: the study's own.
-        others: runs folders of campaigns, whose finished cases are taken instead of run.
+        runs: runs folder of the study.
+        others: runs folders of campaigns whose finished cases are reused.
     """
 
     runs: Path
     others: tuple[Path, ...] = ()
 
     def of(self, setting: Setting) -> Path:
-        """Runs folder of a setting."""
+        """Return the runs folder of a setting."""
         return self.runs / SETTINGS_FOLDER / setting.name
 
     def check(self) -> None:
-        """Refuse a folder to take cases from that holds none.
+        """Refuse another folder that is not a runs folder.
 
         Raises:
             CampaignError: not a runs folder.
@@ -53,8 +52,10 @@ class Places:
 
 
 def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str, Path]:
-    """Folders of the cases of a setting that are finished, by id: its own, or else one of the same
-    content in another setting or another runs folder."""
+    """Return the folders of the finished cases of a setting, by id.
+
+    A folder is that of the setting, or one of the same case in another setting or runs folder.
+    """
     own = places.of(setting)
     changed = changed_cases(list(setting.cases), own)
     found = {
@@ -72,8 +73,10 @@ def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str,
 
 
 def record(study: StudyFile, places: Places) -> None:
-    """Write study.json: the settings and where their cases lie, for the analysis. Cases that are
-    not finished are named with their own folder."""
+    """Write study.json: the settings and the folders of their cases, for the analysis.
+
+    Cases that are not finished have the folder of their setting.
+    """
     settings = []
     for setting in study.settings:
         found = found_cases(study, setting, places)
@@ -106,7 +109,7 @@ def record(study: StudyFile, places: Places) -> None:
 
 
 def write_setting(setting: Setting, folder: Path) -> Path:
-    """Write the campaign file of a setting into its runs folder, if it is not there yet."""
+    """Write the campaign file of a setting into its runs folder unless it exists."""
     folder.mkdir(parents=True, exist_ok=True)
     file, text = folder / SETTING_FILE, setting.text()
     if not file.exists() or read_text(file, MOST_JSON, "remove it") != text:
@@ -115,7 +118,7 @@ def write_setting(setting: Setting, folder: Path) -> Path:
 
 
 def _from(runs: Path, folder: Path) -> str:
-    """A folder as seen from the study's, if it lies in it."""
+    """Return the path of a folder, relative to that of the study if it is inside."""
     runs, folder = runs.resolve(), folder.resolve()
     return str(folder.relative_to(runs) if folder.is_relative_to(runs) else folder)
 

@@ -1,4 +1,4 @@
-"""What a study would cost, before anything is run."""
+"""Predicted cost of a parameter study."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from millscale.engine.machine import available_cores
-from millscale.formats import duration
+from millscale.formats import counted, duration
 from millscale.study.file import StudyFile
 from millscale.workflow.placement import makespan
 from millscale.workflow.plan import rows_of
@@ -21,7 +21,7 @@ ABOUT_WIDTH = 48
 
 
 def study_plan(study: StudyFile, found: Mapping[str, Collection[str]]) -> list[Row]:
-    """A row for each setting: its cases, with their predicted time, and how much is left to do.
+    """Return a row for each setting: its cases, their predicted time, and the cases left.
 
     Args:
         found: ids of the finished cases, by setting.
@@ -50,8 +50,10 @@ def study_plan(study: StudyFile, found: Mapping[str, Collection[str]]) -> list[R
 
 
 def render(rows: list[Row]) -> Group:
-    """The plan for a terminal."""
-    table = Table(box=None, title_justify="left", title=f"{len(rows)} settings", pad_edge=False)
+    """Return the plan for a terminal."""
+    table = Table(
+        box=None, title_justify="left", title=counted(len(rows), "setting"), pad_edge=False
+    )
     for heading, justify in (
         *(("setting", "left"), ("cases", "right"), ("done", "right"), ("balls", "right")),
         *(("dt s", "right"), ("dt/limit", "right"), ("core time", "right"), ("about", "left")),
@@ -63,8 +65,8 @@ def render(rows: list[Row]) -> Group:
     core_hours = sum(row["core_time_s"] for row in rows) / 3600.0
     wall = duration(sum(row["wall_time_s"] for row in rows))
     notes = [
-        f"predicted: {core_hours:.2f} core hours, {wall} on the {cores} cores of this machine, "
-        "one setting after the other"
+        f"predicted: {core_hours:.2f} core hours, {wall} on {counted(cores, 'core')} of this "
+        "machine, one setting after the other"
     ]
     warned: dict[str, list[str]] = {}
     for row in rows:
@@ -95,6 +97,6 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def _span(values: list[float], form: str) -> str:
-    """The least and the largest of some values, or the one."""
+    """Return the least and the largest of some values, or their common value."""
     ends = dict.fromkeys(form.format(value) for value in (min(values), max(values)))
     return " to ".join(ends)
