@@ -8,7 +8,7 @@ from millscale.analysis.charge.energy_budget import energy_budget, impact_spectr
 from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
 from millscale.runs.series import read_series
-from millscale.validate.energy_budget import PATHS, turned
+from millscale.validate.energy_budget import CONTACTS, turned
 
 pytestmark = pytest.mark.engine
 
@@ -37,7 +37,7 @@ def test_both_paths_of_the_validation_close(tmp_path):
     settled = ran(tmp_path / "settled", "analytic", study, NOTHING_FORCED)
     case = cases_of(load_campaign(settled / "campaign.toml"))[0]
     (settled / "case.json").write_text(case.text())
-    for name, contacts in PATHS.items():
+    for name, contacts in CONTACTS.items():
         (tmp_path / name).mkdir()
         found = turned(settled, tmp_path / name, contacts, None)
         assert found["to_rad"] == pytest.approx(case["time"]["rotation_angle_rad"], rel=0.05)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from millscale.validate.cases import CASES
-from millscale.validate.deck import PATHS
+from millscale.validate.deck import BACKENDS
 from millscale.validate.hard_cases_page import named, page
 from millscale.validate.verdict import UNSTABLE
 
@@ -20,7 +20,7 @@ def document():
 
 def test_the_map_holds_every_case_on_every_path(document):
     held = {(row["case"], row["path"]) for row in document["rows"]}
-    assert held == {(case.name, path) for case in CASES for path in PATHS}
+    assert held == {(case.name, path) for case in CASES for path in BACKENDS}
     assert held == {(turn["case"], turn["path"]) for turn in document["turns"]}
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from millscale.validate.cases import CASES, IMPACT, REST, base_campaign, mill_of
-from millscale.validate.deck import PATHS, SERIES, Ran, read_frames, run_case
+from millscale.validate.deck import BACKENDS, SERIES, Ran, read_frames, run_case
 from millscale.validate.scenes import balls_of
 from millscale.validate.verdict import (
     INACCURATE,
@@ -99,7 +99,7 @@ def test_a_run_that_ended_early_has_no_energy():
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("path", BACKENDS)
 def test_a_step_far_too_long_is_stopped_by_the_guard_with_the_ball(tmp_path, path):
     mill = mill_of(MILL, BASE)
     balls = balls_of(MILL, mill, 1)

@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from millscale.validate.cases import CASES, base_campaign, mill_of
 from millscale.validate.collision import PAIRS, SPEED, collide
-from millscale.validate.deck import PATHS
-from millscale.validate.time_step import EXACT, mills, path_of
+from millscale.validate.deck import BACKENDS
+from millscale.validate.time_step import EXACT, backend_of, mills
 from millscale.validate.time_step_page import COLOURS, draw, page
 from synthetic_case import case_document, typed
 
@@ -43,7 +43,7 @@ def by_the_law(share):
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize("path", PATHS)
+@pytest.mark.parametrize("path", BACKENDS)
 @pytest.mark.parametrize("share", [0.05, 0.2])
 def test_a_collision_realises_what_explicit_steps_of_the_law_do(tmp_path, path, share):
     found = collide(tmp_path / "c", MILL, path, share * MILL.rayleigh_time, oblique=False)
@@ -95,7 +95,7 @@ def case(step, surface="fast", damping="bounded", wall="analytic", **deck):
     ],
 )
 def test_a_case_takes_the_path_of_its_contacts_and_wall(document, path):
-    assert path_of(document) == path
+    assert backend_of(document) == path
 
 
 def error(value):

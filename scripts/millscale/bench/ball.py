@@ -18,16 +18,16 @@ from millscale.runs.writing import write_text
 BALL = Path(__file__).parent / "ball.toml"
 CASE = "sb-cg-paper-S1.000"
 KINDS = ("mesh", "analytic")
-# The ball lies in the corner of groove and lifter.
+# At this angle the ball lies in the corner of groove and lifter.
 LIFTED_ANGLE_RAD = 2.0
 # All balls of the paper's mills fly from 2.6 to 3.57 rad (docs/results/reproduction.md).
 LAST_ANGLE_RAD = 3.5
-# The default, 2.5 % of the ball radius, and three times half of the last.
+# The default, 2.5 % of the ball radius, and its half, quarter and eighth.
 CHORD_ERRORS_M = (5e-4, 2.5e-4, 1.25e-4, 6.25e-5)
 
 
 def ball_speedup(repeats: int, runs: Path, console: Console) -> dict:
-    """Steps per second of both walls, in turns on one core, and the median of their ratio.
+    """Return the steps per second of both walls, in turns on one core, and their median ratio.
 
     The deck, output and all, is that of the paper's campaign.
     """
@@ -47,7 +47,7 @@ def ball_speedup(repeats: int, runs: Path, console: Console) -> dict:
 
 
 def mesh_convergence(runs: Path, console: Console) -> dict:
-    """Paths of the ball on ever finer meshes against the analytic wall, first throw included.
+    """Compare the path of the ball on finer and finer meshes with that on the analytic wall.
 
     Distances are the largest over the samples up to LAST_ANGLE_RAD, in the first throw, that at
     its end, and that at LIFTED_ANGLE_RAD; once the ball has landed, a distance grows with every

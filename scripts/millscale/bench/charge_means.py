@@ -22,7 +22,7 @@ _REMEDY = "millscale bench makes it"
 
 @dataclass(frozen=True)
 class Variants:
-    """What is varied in mills.toml.
+    """Variants of mills.toml.
 
     Attributes:
         reference: name of the variant the others are compared with.
@@ -53,7 +53,7 @@ SLICES = Variants(
 
 
 def compared(variants: Variants, runs: Path, console: Console) -> dict:
-    """Means over 4 to 8 rad of every variant against the reference, with the spread of the seeds
+    """Return means over 4 to 8 rad of every variant against the reference, with the spread of seeds
     (largest less smallest), and the largest overlap over the ball radius.
     """
     results = {name: _results(name, edits, runs, console) for name, edits in variants.edits.items()}
@@ -95,7 +95,7 @@ def _results(name: str, edits: Mapping[str, str], runs: Path, console: Console) 
 
 
 def edited(edits: Mapping[str, str]) -> str:
-    """mills.toml with three seeds of the S = 2.6 mill alone, to 8 rad, and the edits."""
+    """Return mills.toml with edits, for three seeds of the S = 2.6 mill only, to 8 rad."""
     content = MILLS.read_text(encoding="utf-8")
     whole = {
         "S = [1.0, 1.696, 2.6, 4.2, 6.1]": "S = [2.6]",

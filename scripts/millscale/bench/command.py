@@ -1,4 +1,4 @@
-"""`millscale bench`: prepares the mill, times the engines, prints and keeps the rows."""
+"""`millscale bench`: prepare the mill, time the engines, tabulate the results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WALL, SLICE, SIZE = "wall", "slices", "size"
 
 
 def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
-    """Rows and provenance of one scene.
+    """Return rows and provenance of one scene.
 
     Raises:
         CampaignError: no such scene.
@@ -58,7 +58,7 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
 
 
 def _sizes(runs: Path, console: Console) -> dict:
-    """Cost against the number of balls, on one and on two ranks, and its picture in the folder."""
+    """Return the cost against the number of balls on one and two ranks; draw its figure."""
     variants = (MILLSCALE, MIXED, LIGGGHTS)
     table = []
     for size in SIZES:
@@ -74,7 +74,7 @@ def _sizes(runs: Path, console: Console) -> dict:
 
 
 def _walls(runs: Path, console: Console) -> dict:
-    """What the analytic wall saves: a single ball, and the mill at S = 2.6."""
+    """Return the speed-up by the analytic wall, for a single ball and the mill at S = 2.6."""
     scene = SCENES["s2.6"]
     state = prepare(scene, runs, console)
     variants = (LIGGGHTS, MILLSCALE, ANALYTIC_WALL_ONLY)
@@ -104,7 +104,7 @@ def _plan(scene: Scene, quick: bool) -> Plan:
 
 
 def _wall_speedup(analytic, mesh) -> dict:
-    """Time outside pair and neighbour list, mesh over analytic wall, both with the stock pair."""
+    """Return the ratio of times outside pair and neighbour list, mesh over analytic wall."""
     of_mesh = [phases.outside_pair_and_neigh for phases in mesh]
     of_analytic = [phases.outside_pair_and_neigh for phases in analytic]
     return {
@@ -115,7 +115,7 @@ def _wall_speedup(analytic, mesh) -> dict:
 
 
 def table(result: dict) -> Table:
-    """The rows for people."""
+    """Return the rows as a table for a terminal."""
     shown = Table(
         "engine", "wall", "pair", "balls", "ranks", "ns per ball, step, core", "of stock", "split"
     )

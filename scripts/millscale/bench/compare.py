@@ -1,4 +1,4 @@
-"""Interleaved runs of several engines on one state, and what their medians say."""
+"""Interleaved runs of several engines on one state, and the medians of their times."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from millscale.bench.state import State
 
 @dataclass(frozen=True)
 class Plan:
-    """How often and how long: `repeats` rounds, in each every engine once."""
+    """Ranks and steps of a run, and `repeats` rounds with one run of each engine."""
 
     ranks: int
     warm_steps: int
@@ -26,9 +26,9 @@ def interleaved(
     state: State,
     plan: Plan,
     folder: Path,
-    tell: Callable[[str], None] = lambda line: None,
+    show: Callable[[str], None] = lambda line: None,
 ) -> list[list[Phases]]:
-    """Phases of every variant, `plan.repeats` each, in the order of `variants`.
+    """Return the phases of every variant, `plan.repeats` each, in the order of `variants`.
 
     A busy machine slows all engines of a round alike, so ratios are taken within rounds.
     """
@@ -39,7 +39,7 @@ def interleaved(
                 variant, state, plan.ranks, plan.warm_steps, plan.steps, folder / str(index)
             )
             runs[index].append(phases)
-            tell(
+            show(
                 f"round {turn + 1}/{plan.repeats} {variant.engine} ({variant.wall} wall, "
                 f"{variant.pair} pair): {phases.total:.0f} ns per ball, step and core"
             )
@@ -47,14 +47,14 @@ def interleaved(
 
 
 def ratio_of_medians(first: Sequence[float], second: Sequence[float]) -> float:
-    """Median over the rounds of first / second."""
+    """Return the median over the rounds of first / second."""
     return statistics.median(a / b for a, b in zip(first, second, strict=True))
 
 
 def rows(
     scene: str, variants: Sequence[Variant], state: State, plan: Plan, runs: list[list[Phases]]
 ) -> list[dict]:
-    """One row for each engine; the ratio is to the variant `liggghts`, > 1 is faster."""
+    """Return a row for each engine; a ratio to the variant `liggghts` above 1 is faster."""
     stock = next(i for i, variant in enumerate(variants) if variant.engine == "liggghts")
     reference = [phases.total for phases in runs[stock]]
     table = []

@@ -25,7 +25,7 @@ DECKS = Path(__file__).parent / "decks"
 
 @dataclass(frozen=True)
 class Variant:
-    """An engine and what its deck asks for.
+    """An engine and the options of its deck.
 
     Attributes:
         engine: millscale or liggghts.
@@ -56,7 +56,7 @@ CONTACTS = {
 
 @dataclass(frozen=True)
 class Phases:
-    """Where the time of a run went, in ns per ball, step and core; None: not told by the engine."""
+    """Time of the parts of a run [ns per ball, step and core]; None if the engine lacks it."""
 
     total: float
     pair: float | None
@@ -70,7 +70,7 @@ class Phases:
 
 
 def engine_of(variant: Variant) -> Path:
-    """The executable; Debian's own for stock LIGGGHTS."""
+    """Return the executable; Debian's for stock LIGGGHTS."""
     if variant.engine == "millscale":
         return find_engine()
     stock = shutil.which("liggghts")
@@ -82,7 +82,7 @@ def engine_of(variant: Variant) -> Path:
 def time_run(
     variant: Variant, state: State, ranks: int, warm_steps: int, steps: int, folder: Path
 ) -> Phases:
-    """Run a state in an engine and read its own account of the time of the last `steps`.
+    """Run a state in an engine and return its own timing of the last `steps`.
 
     Raises:
         RuntimeError: the engine did not come to the end; says why.
@@ -105,7 +105,7 @@ def time_run(
 
 
 def _phases_of_peer(timed: Timed, each: float) -> Phases:
-    """each: ns per ball, step and core in a second."""
+    """Return phases from times [s]; `each` converts them to ns per ball, step and core."""
     parts = (timed.pair, timed.neigh, timed.comm)
     if None in parts:
         return Phases(timed.total * each, None, None, None, None)
@@ -155,7 +155,7 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
 
 
 def _curvature(case: Case) -> float:
-    """`curvature` for the mesh of a case [degrees], also of one whose own wall is analytic."""
+    """Return `curvature` for the mesh of a case [degrees], also of one with an analytic wall."""
     wall, length = case.wall, case.mill.simulated_length_m
     return curvature_deg(
         panels_of(liner_of(case), length, wall.chord_error_m, wall.axial_divisions)

@@ -41,7 +41,7 @@ class Output:
 
 
 def output_cost(case_folder: Path) -> dict:
-    """Overheads of restart files and series at the intervals of a case.
+    """Return the overheads of restart files and series at the intervals of a case.
 
     Args:
         case_folder: of a multi-ball case, with its restart files.
@@ -89,7 +89,7 @@ def output_cost(case_folder: Path) -> dict:
 
 
 def _prepare(case_folder: Path, folder: Path) -> int:
-    """Copy the case's files; returns the step of the restart file."""
+    """Copy the files of the case; return the step of the restart file."""
     newest = max(
         (read_restart(path) for path in case_folder.glob("mill.*.restart")), key=lambda x: x.step
     )
@@ -100,7 +100,7 @@ def _prepare(case_folder: Path, folder: Path) -> int:
 
 
 def _run(case: Case, folder: Path, step: int, output: Output) -> tuple[float, float]:
-    """Processor time of the engine on one rank, and wall time of its output [s]."""
+    """Return processor time of the engine on one rank, and wall time of its output [s]."""
     copy_decks(("mill.in",), folder)
     if not output.cross_section:
         deck = folder / "charge_series.in"

@@ -25,7 +25,7 @@ _SECTION = re.compile(r"^(Pair|Neigh|Comm)\s*\|\s*\S+\s*\|\s*(\S+)", re.M)
 
 @dataclass(frozen=True)
 class Timed:
-    """Wall time of the timed steps [s], and of its parts as far as the engine tells them."""
+    """Wall time of the timed steps [s], and of its parts if the engine reports them."""
 
     total: float
     pair: float | None = None
@@ -34,7 +34,7 @@ class Timed:
 
 
 def lammps(state: State, values: Mapping[str, object], ranks: int, folder: Path) -> Timed:
-    """Raises RuntimeError when the engine does not come to its end."""
+    """Run a state in LAMMPS; raise EngineError if it fails."""
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
     write_text(folder / "values.in", "".join(lines))
     shutil.copyfile(DECKS / "lammps.in", folder / "lammps.in")
@@ -46,7 +46,7 @@ def lammps(state: State, values: Mapping[str, object], ranks: int, folder: Path)
 
 
 def yade(state: State, values: Mapping[str, object], ranks: int, folder: Path) -> Timed:
-    """On `ranks` threads. Raises RuntimeError when the engine does not come to its end."""
+    """Run a state in Yade on `ranks` threads; raise an error if it fails."""
     ball, mill = state.case.ball, state.case.mill
     of_yade = {
         **{k: v for k, v in values.items() if isinstance(v, (int, float))},

@@ -1,4 +1,4 @@
-"""Campaigns and engine runs of the bench, each to its end or to an error that says why not."""
+"""Campaigns and engine runs of the bench."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from millscale.workflow.run_command import request, run_campaign
 
 
 def finish_campaign(campaign: Path, folder: Path, only: list[str], console: Console) -> None:
-    """Bring the cases of a campaign to their results; what is there already is not run again.
+    """Run the cases of a campaign that are not finished.
 
     Raises:
         CampaignError: a case failed.

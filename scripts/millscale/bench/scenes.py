@@ -1,4 +1,4 @@
-"""The mills that are timed, brought into motion once and kept."""
+"""The mills that are timed; each is rotated once, and its state is kept."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ANGLE = re.compile(r"^ *\d+ +\d+ +\S+ +(\S+)", re.M)
 
 @dataclass(frozen=True)
 class Scene:
-    """A mill in motion.
+    """A rotating mill to time.
 
     Attributes:
         campaign: its file.
@@ -53,7 +53,7 @@ SCENES = {
     )
 }
 
-# For the cost against size: about as many ball-steps each.
+# For the cost against size: about equal ball-steps.
 SIZES = tuple(
     Scene("size", MILLS, f"mb-cg-paper-S{S:.3f}", 1, steps, steps, 3)
     for S, steps in ((6.1, 10000), (4.2, 4000), (2.6, 1000), (1.696, 300), (1.0, 100))
@@ -61,7 +61,7 @@ SIZES = tuple(
 
 
 def prepare(scene: Scene, folder: Path, console: Console) -> State:
-    """The scene in motion; made when it is not there, which takes minutes (S = 1: ten or more)."""
+    """Return the state of a scene; the first call makes it in minutes (S = 1: ten or more)."""
     folder = folder if scene.campaign == MILLS else folder / scene.name
     case_folder = folder / "cases" / scene.case
     kept = case_folder / "state.json"
@@ -80,7 +80,7 @@ def prepare(scene: Scene, folder: Path, console: Console) -> State:
 
 
 def _write_state(case_folder: Path) -> None:
-    """From the last restart file of the case."""
+    """Write the state from the last restart file of a case."""
     restarts = sorted(case_folder.glob("mill.*.restart"), key=lambda p: p.stat().st_mtime)
     deck = Path(__file__).parent / "decks" / "state.in"
     line = [find_engine(), "-in", deck.absolute(), "-log", "log.state"]

@@ -13,7 +13,7 @@ COLOURS = {"fast": "C0", "mixed": "C2", "stock": "k"}
 
 
 def draw_sizes(rows: Sequence[dict[str, Any]], file: Path) -> Figure:
-    """Medians with their range over the rounds, a line for each engine and number of ranks.
+    """Draw medians with their range over the rounds, a line for each engine and number of ranks.
 
     Args:
         rows: of `millscale bench --scene size`.

@@ -1,4 +1,4 @@
-"""The balls of a mill in motion as a data file that every engine reads."""
+"""The balls of a rotating mill as a data file that every engine reads."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ STATE_FILE = "state.data"
 
 @dataclass(frozen=True)
 class State:
-    """A mill in motion, and where to find its balls and its liner.
+    """A rotating mill: its case, and the files of its balls and liner.
 
     Attributes:
         data: data file of the engine (`read_data`, atom style granular).
         liner: STL of the liner at mill angle 0.
-        mill_angle: at which the balls are where they are [rad].
+        mill_angle: angle of the mill in this state [rad].
         balls: number of balls.
     """
 
@@ -34,8 +34,9 @@ class State:
 
 
 def write_data(dump: Path, box: tuple[float, float], data: Path) -> int:
-    """Balls of a dump (columns id type x y z vx vy vz omegax omegay omegaz radius density) as a
-    data file; returns their number.
+    """Write the balls of a dump as a data file; return their number.
+
+    Columns of the dump: id type x y z vx vy vz omegax omegay omegaz radius density.
 
     Args:
         box: half the box in x and z, length along y [m].
@@ -58,7 +59,8 @@ def write_data(dump: Path, box: tuple[float, float], data: Path) -> int:
 
 
 def read_data(data: Path) -> dict[str, np.ndarray]:
-    """Balls of a data file by number: place, velocity, spin (n, 3) [m, m/s, rad/s]; radius (n,)."""
+    """Return the balls of a data file by number: place [m], velocity [m/s] and spin [rad/s],
+    (n, 3); radius [m], (n,)."""
     text = data.read_text(encoding="ascii")
     atoms, _, velocities = text.partition("Atoms\n\n")[2].partition("Velocities\n\n")
     of_atoms, of_velocities = (

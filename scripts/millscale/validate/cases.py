@@ -1,4 +1,4 @@
-"""The hard cases: what each does otherwise than the mill of campaigns/hard-cases.toml."""
+"""The hard cases, each as its changes of the mill of campaigns/hard-cases.toml."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Mill:
-    """A case's mill and balls, SI."""
+    """Mill and balls of a case, SI units."""
 
     radius: float
     lifters: int
@@ -101,7 +101,7 @@ class Mill:
 
     @property
     def rayleigh_time(self) -> float:
-        """Of the smallest ball [s]."""
+        """Rayleigh time of the smallest ball [s]."""
         return _core.rayleigh_time(self._material(), self.radii[-1])
 
     def damping_limit(self, bounded: bool) -> float:
@@ -126,14 +126,14 @@ class Mill:
 
 
 def base_campaign() -> Campaign:
-    """campaigns/hard-cases.toml: beside this file when installed, in the sources otherwise."""
+    """Return campaigns/hard-cases.toml, of the installation or of the sources."""
     name, here = "hard-cases.toml", Path(__file__)
     installed = here.parent / name
     return load_campaign(installed if installed.is_file() else here.parents[3] / "campaigns" / name)
 
 
 def mill_of(case: Case, base: Campaign) -> Mill:
-    """The mill and balls of a case."""
+    """Return the mill and balls of a case."""
     liner, ball, material = base.liner, base.ball, base.material
     radius, small = base.mill.radius / case.S, case.smallest * ball.radius
     radii = (ball.radius,) if case.smallest == 1.0 else (ball.radius, small)

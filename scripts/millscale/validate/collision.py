@@ -1,4 +1,4 @@
-"""Two equal balls that meet at a speed, head-on or at 45 degrees: what a time step makes of it."""
+"""Collision of two equal balls, head-on or at 45 degrees, at a time step."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from millscale import _core
 from millscale.engine.deck_run import engine_text, find_engine
 from millscale.runs.writing import write_text
 from millscale.validate.cases import Mill
-from millscale.validate.deck import PATHS, material, read_frames, write_balls
+from millscale.validate.deck import BACKENDS, material, read_frames, write_balls
 from millscale.validate.scenes import Balls
 
 SPEED = 5.0  # along the normal [m/s]; at 45 degrees as much across it
-# Contact may begin anywhere within a step: pairs whose gaps are spread evenly over one.
+# Contact may begin at any point of a step: the gaps of the pairs are spread evenly over a step.
 PAIRS = 16
 APART = 6.0  # distance of pairs over the ball radius
 LOSSY = 6.0  # duration of the contact with damping over that without, at most
@@ -38,11 +38,11 @@ class Collision:
     dissipated: float
 
 
-def collide(folder: Path, mill: Mill, path: str, step: float, oblique: bool) -> Collision:
-    """Let pairs of a mill's balls collide in the engine.
+def collide(folder: Path, mill: Mill, backend: str, step: float, oblique: bool) -> Collision:
+    """Simulate collisions of pairs of balls in the engine.
 
     Args:
-        path: of PATHS.
+        backend: of BACKENDS.
         step: [s].
         oblique: 45 degrees instead of head-on.
 
@@ -55,21 +55,21 @@ def collide(folder: Path, mill: Mill, path: str, step: float, oblique: bool) -> 
     box = ((-reach, reach), (0.0, APART * mill.radii[0] * PAIRS), (-reach, reach))
     write_balls(folder / "balls.data", mill, balls, box)
     steps = math.ceil(LOSSY * contact_time(mill) / step)
-    write_text(folder / "collision.in", _deck(mill, path, step, steps))
+    write_text(folder / "collision.in", _deck(mill, backend, step, steps))
     _, cause = engine_text([str(find_engine()), "-in", "collision.in"], folder)
     if cause:
-        raise RuntimeError(f"collision on path {path}, step {step:.3g} s: {cause}")
+        raise RuntimeError(f"collision on backend {backend}, step {step:.3g} s: {cause}")
     return _measured(read_frames(folder / "balls.dump"), mill.radii[0], across)
 
 
 def contact_time(mill: Mill) -> float:
-    """Duration of the head-on collision without damping [s]."""
+    """Return the duration of the head-on collision without damping [s]."""
     balls = _core.Material(mill.youngs_modulus, mill.poisson_ratio, mill.density)
     return _core.hertz_collision_time(balls, mill.radii[0], SPEED)
 
 
 def _begin(radius: float, across: float, step: float) -> Balls:
-    """The upper balls, then the lower ones."""
+    """Return the upper balls, then the lower ones."""
     gap = SPEED * step * (np.arange(PAIRS) + 0.5) / PAIRS
     middle = np.zeros((PAIRS, 3))
     middle[:, 1] = APART * radius * (np.arange(PAIRS) + 0.5)
@@ -82,18 +82,18 @@ def _begin(radius: float, across: float, step: float) -> Balls:
 
 
 def _reach(mill: Mill, across: float) -> float:
-    """How far from the middle a ball gets at most [m]."""
+    """Return the largest distance of a ball from the middle [m]."""
     return 3.0 * mill.radii[0] + LOSSY * contact_time(mill) * (SPEED + across)
 
 
-def _deck(mill: Mill, path: str, step: float, steps: int) -> str:
+def _deck(mill: Mill, backend: str, step: float, steps: int) -> str:
     return (
         "units si\natom_style granular\natom_modify map array\nboundary f f f\nnewton off\n"
         "communicate single vel yes\nread_data balls.data\n"
         f"{material(mill)}neighbor {0.75 * mill.radii[0]!r} bin\n"
         "neigh_modify delay 0 every 1 check yes\n"
         "pair_style gran model hertz tangential history rolling_friction cdt "
-        f"{PATHS[path].balls.pair_style_words()}\npair_coeff * *\ntimestep {step!r}\n"
+        f"{BACKENDS[backend].balls.pair_style_words()}\npair_coeff * *\ntimestep {step!r}\n"
         f"fix integrate all nve/sphere\ndump balls all custom 1 balls.dump {COLUMNS}\n"
         f'dump_modify balls format "%d{" %.17g" * 5}"\nthermo {steps}\n'
         f"thermo_modify lost error\nrun {steps}\n"

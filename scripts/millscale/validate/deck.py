@@ -26,13 +26,13 @@ class Contacts:
 
     @property
     def bounded(self) -> bool:
-        """Whether the tangential damping of balls is bounded."""
+        """Whether the tangential damping of balls is limited."""
         return self.balls.damping == "bounded"
 
 
-# All of the engine; ours with the damping of the engine; ours as campaigns have them; in mixed
-# precision.
-PATHS = {
+# stock: the engine's contacts and mesh wall; plain: pair style fast with the damping of the engine;
+# default: as in campaigns; mixed: in mixed precision.
+BACKENDS = {
     "stock": Contacts(ContactOptions("stock", "plain"), "mesh"),
     "plain": Contacts(ContactOptions(damping="plain"), "analytic"),
     "default": Contacts(ContactOptions(), "analytic"),
@@ -48,7 +48,7 @@ SERIES = ("step", "balls", "translation", "rotation", "potential", "overlap")
 
 @dataclass(frozen=True)
 class Ran:
-    """What a run left.
+    """The output of a run.
 
     Attributes:
         series: (m, 6) of SERIES.
@@ -61,20 +61,20 @@ class Ran:
     stopped_by: str | None
 
 
-def run_case(folder: Path, case: Case, mill: Mill, balls: Balls, path: str, step: float) -> Ran:
+def run_case(folder: Path, case: Case, mill: Mill, balls: Balls, backend: str, step: float) -> Ran:
     """Run a case at a time step [s] in a folder of its own."""
     folder.mkdir(parents=True)
     steps = case.steps or round(case.duration / step)
     across = 1.02 * mill.radius
     box = ((-across, across), (0.0, mill.length), (-across, across))
     write_balls(folder / "balls.data", mill, balls, box)
-    write_text(folder / "case.in", _deck(folder, case, mill, balls, path, step, steps))
+    write_text(folder / "case.in", _deck(folder, case, mill, balls, backend, step, steps))
     _, cause = engine_text([str(find_engine()), "-in", "case.in"], folder)
     return Ran(_read_series(folder / "series.csv"), _read_spins(folder), cause)
 
 
 def write_balls(file: Path, mill: Mill, balls: Balls, box: Box) -> None:
-    """Data file of the engine with balls of a mill's density, without spin."""
+    """Write a data file of the engine with the balls of a mill, without spin."""
     lines = ["balls", "", f"{len(balls.radius)} atoms", "2 atom types", ""]
     lines += [f"{low!r} {high!r} {d}lo {d}hi" for d, (low, high) in zip("xyz", box, strict=True)]
     lines += ["", "Atoms", ""]
@@ -87,8 +87,10 @@ def write_balls(file: Path, mill: Mill, balls: Balls, box: Box) -> None:
     write_text(file, "\n".join(lines) + "\n")
 
 
-def _deck(folder, case: Case, mill: Mill, balls: Balls, path: str, step: float, steps: int) -> str:
-    contacts = PATHS[path]
+def _deck(
+    folder, case: Case, mill: Mill, balls: Balls, backend: str, step: float, steps: int
+) -> str:
+    contacts = BACKENDS[backend]
     wall = contacts.wall
     shape = (
         f"lifters {mill.lifters} lifter_top_radius {mill.lifter_top_radius!r} "
@@ -149,7 +151,7 @@ def _mesh(mill: Mill):
 
 
 def _runs(mill: Mill, balls: Balls, step: float, steps: int) -> str:
-    """The run, the late ball on its way, and then the spins of a few consecutive steps."""
+    """Return the commands of the run: the late ball, then spins of a few consecutive steps."""
     before, late = "", balls.late
     if late is not None:
         settling = round(SETTLING / step)

@@ -47,29 +47,31 @@ class Contacts:
 
 # Steps: that of campaigns at S = 2.6, and the longest that plain damping takes there
 # (docs/results/time-step.md).
-PATHS = {
+CONTACTS = {
     "default": Contacts(ContactOptions(), 2e-4),
     "stock-compatible": Contacts(ContactOptions(damping="plain", stock_history=True), 1e-4),
 }
 
 
-def turned(case_folder: Path, folder: Path, path: Contacts, angle: float | None) -> dict[str, Any]:
-    """Turn the settled mill of a case on one path; the account of its last revolution.
+def turned(
+    case_folder: Path, folder: Path, contacts: Contacts, angle: float | None
+) -> dict[str, Any]:
+    """Rotate the settled mill of a case; return the energy budget of its last revolution.
 
     Args:
         angle: of the rotation [rad]; None: that of the case.
     """
     case = load_case(case_folder)
     copy_decks((DECK,), folder)
-    write_parameters(with_energy_budget(case, path, angle), folder)
+    write_parameters(with_energy_budget(case, contacts, angle), folder)
     shutil.copyfile(case_folder / BED, folder / BED)
-    _set_pair_style(folder / PAIR, path.balls)
+    _set_pair_style(folder / PAIR, contacts.balls)
     _, cause = engine_text([str(find_engine()), "-in", DECK], folder)
     if cause:
         raise EngineError(f"{DECK} did not finish: {cause}")
     return {
-        "tangential_damping": path.balls.tangential_damping,
-        "step_s": path.step,
+        "tangential_damping": contacts.balls.tangential_damping,
+        "step_s": contacts.step,
         "balls": case.ball.count,
         **accounted(folder),
     }
@@ -93,14 +95,14 @@ def accounted(folder: Path) -> dict[str, Any]:
     }
 
 
-def with_energy_budget(case: Case, path: Contacts, angle: float | None) -> Case:
+def with_energy_budget(case: Case, contacts: Contacts, angle: float | None) -> Case:
     """Return a case with the energy budget on, other contacts, and no dumps or restart files."""
-    longer = path.step / case.time.step_s
+    longer = contacts.step / case.time.step_s
     whole = case.time.rotation_angle_rad
     steps = round(case.time.rotation_steps / longer * (angle or whole) / whole)
     return replace(
         case,
-        time=replace(case.time, step_s=path.step, rotation_steps=steps),
+        time=replace(case.time, step_s=contacts.step, rotation_steps=steps),
         output=replace(
             case.output,
             sample_steps=max(1, round(case.output.sample_steps / longer)),
@@ -112,7 +114,7 @@ def with_energy_budget(case: Case, path: Contacts, angle: float | None) -> Case:
             ledger="on",
             dumps="off",
             surface="fast",
-            tangential_damping=path.balls.tangential_damping,
+            tangential_damping=contacts.balls.tangential_damping,
         ),
     )
 
@@ -127,24 +129,24 @@ def series_work(folder: Path, begin: float, end: float) -> float:
 
 
 def write_energy_budget(case_folder: Path, file: Path, angle: float | None, only: str) -> None:
-    """Write ledger.json and its figure, anew after each contact setting: one takes minutes.
+    """Write ledger.json and its figure after each contact setting, which takes minutes.
 
     Args:
         case_folder: a settled multi-ball case.
         angle: rotation [rad]; None for that of the case.
-        only: a key of PATHS, whose results replace those in the file; empty for all.
+        only: a key of CONTACTS, whose results replace those in the file; empty for all.
 
     Raises:
-        CampaignError: `only` is not a key of PATHS.
+        CampaignError: `only` is not a key of CONTACTS.
     """
-    if only and only not in PATHS:
-        accepted = ", ".join(PATHS)
+    if only and only not in CONTACTS:
+        accepted = ", ".join(CONTACTS)
         raise CampaignError("millscale validate energy", "--only", f"got {only}", accepted)
     kept = read_object(file, "remove it")["paths"] if only and file.exists() else {}
     case = load_case(case_folder)
-    for name in [only] if only else PATHS:
+    for name in [only] if only else CONTACTS:
         with tempfile.TemporaryDirectory(prefix="energy-") as folder:
-            kept[name] = turned(case_folder, Path(folder), PATHS[name], angle)
+            kept[name] = turned(case_folder, Path(folder), CONTACTS[name], angle)
         print(f"{name}: closure {kept[name]['closure']:.3g}", flush=True)
         _write(file, case, kept)
 

@@ -15,13 +15,13 @@ from millscale.errors import CampaignError
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json, write_text
 from millscale.validate.cases import CASES, Case, Mill, base_campaign, mill_of
-from millscale.validate.deck import PATHS, run_case
+from millscale.validate.deck import BACKENDS, run_case
 from millscale.validate.hard_cases_page import COMMAND, page
 from millscale.validate.scenes import balls_of
 from millscale.validate.verdict import STABLE, Measured, energy_error, measure, verdict
 
-# Shares of the Rayleigh time. The first are resolved: they differ by chaos, not by the step, and
-# their mean is the reference.
+# Fractions of the Rayleigh time. Runs at the first ones differ by chaos, not by the step, and their
+# mean is the reference.
 RESOLVED = (0.05, 0.1)
 LADDER = (*RESOLVED, 0.2, 0.4)
 SEED = 1
@@ -31,26 +31,26 @@ STOCK_STEPS = 100_000
 
 
 class Study:
-    """Runs of one case on one path."""
+    """Runs of one case with one contact backend."""
 
-    def __init__(self, case: Case, path: str, folder: Path):
-        if path == "stock" and case.steps:
+    def __init__(self, case: Case, backend: str, folder: Path):
+        if backend == "stock" and case.steps:
             case = replace(case, steps=min(case.steps, STOCK_STEPS))
-        self.case, self.path = case, path
+        self.case, self.backend = case, backend
         self._folder = folder
         self._mill = mill_of(case, base_campaign())
         self._found: dict[float, Measured] = {}
 
     def run(self, share: float) -> None:
-        """A run at a share of the Rayleigh time."""
+        """Run at a fraction of the Rayleigh time."""
         balls = balls_of(self.case, self._mill, SEED)
         step = share * self._mill.rayleigh_time
         folder = self._folder / f"{share:g}"
-        ran = run_case(folder, self.case, self._mill, balls, self.path, step)
+        ran = run_case(folder, self.case, self._mill, balls, self.backend, step)
         self._found[share] = measure(self.case, self._mill, balls, ran)
 
     def rows(self) -> list[dict]:
-        """The ladder, and one step more between the last stable and the first that is not."""
+        """Return the rows of all steps, and of one between the last stable and the next."""
         for share in self.case.only or LADDER:
             self.run(share)
         rows = self._rows()
@@ -61,13 +61,13 @@ class Study:
         return self._rows()
 
     def reference(self) -> float:
-        """Mean energy of the resolved runs that came to their end; NaN if none did."""
+        """Return the mean energy of the finished runs at the first steps; NaN without any."""
         energies = [self._found[s].energy for s in RESOLVED if s in self._found]
         ended = [e for e in energies if np.isfinite(e)]
         return float(np.mean(ended)) if ended else float("nan")
 
     def scatter(self) -> float | None:
-        """Largest energy error of a resolved run."""
+        """Return the largest energy error of a run at the first steps."""
         errors = [r["energy_error"] for r in self._rows() if r["dt_over_rayleigh"] in RESOLVED]
         return max((e for e in errors if e is not None), default=None)
 
@@ -83,7 +83,7 @@ class Study:
         }
         return {
             "case": self.case.name,
-            **step_of(self._mill, self.path, share),
+            **step_of(self._mill, self.backend, share),
             **{k: float(v) if np.isfinite(v) else None for k, v in numbers.items()},
             "lost": found.lost,
             "stopped_by": found.stopped_by,
@@ -91,19 +91,19 @@ class Study:
         }
 
 
-def step_of(mill: Mill, path: str, share: float) -> dict:
-    """A step on a path, as part of a row: a share of the Rayleigh time."""
+def step_of(mill: Mill, backend: str, share: float) -> dict:
+    """Return the part of a row for a backend and a fraction of the Rayleigh time."""
     step = share * mill.rayleigh_time
     return {
-        "path": path,
+        "path": backend,
         "dt": step,
         "dt_over_rayleigh": share,
-        "dt_over_damping_limit": step / mill.damping_limit(PATHS[path].bounded),
+        "dt_over_damping_limit": step / mill.damping_limit(BACKENDS[backend].bounded),
     }
 
 
 def turn_of(rows: list[dict]) -> dict:
-    """Of one case and path: the largest step up to which all is stable, the first that is not."""
+    """Return the largest stable step of a case and backend, and the first that is not stable."""
     bad = next((r for r in rows if r["verdict"] != STABLE), None)
     good = [r for r in rows if bad is None or r["dt"] < bad["dt"]]
     return {
@@ -118,56 +118,57 @@ def turn_of(rows: list[dict]) -> dict:
     }
 
 
-def run_all(cases: tuple[Case, ...], paths: tuple[str, ...], before: dict) -> Iterator[dict]:
-    """Rows and turns of the cases on the paths, after each case those so far.
+def run_all(cases: tuple[Case, ...], backends: tuple[str, ...], before: dict) -> Iterator[dict]:
+    """Yield rows and turns of the cases with the backends, after each case those so far.
 
     Args:
-        before: results, of which those of other cases and paths are kept.
+        before: results, of which those of other cases and backends are kept.
     """
-    rows, turns = (list(kept(before.get(part, []), cases, paths)) for part in ("rows", "turns"))
+    rows, turns = (list(kept(before.get(part, []), cases, backends)) for part in ("rows", "turns"))
     began = time.time()
     for case in cases:
-        for path in paths:
+        for backend in backends:
             with tempfile.TemporaryDirectory(prefix="hard-case-") as folder:
-                study = Study(case, path, Path(folder))
+                study = Study(case, backend, Path(folder))
                 own = study.rows()
                 rows += own
                 turns.append(turn_of(own) | {"scatter": study.scatter()})
             until = turns[-1]["turns_by"] or "never"
             print(
-                f"{time.time() - began:5.0f} s  {case.name}, {path}: turns by {until}", flush=True
+                f"{time.time() - began:5.0f} s  {case.name}, {backend}: turns by {until}",
+                flush=True,
             )
         yield {"schema": 1, "rows": in_order(rows), "turns": in_order(turns)}
 
 
-def kept(rows: list[dict], cases: tuple[Case, ...], paths: tuple[str, ...]) -> Iterator[dict]:
-    """Rows or turns of known cases and paths that are not run again."""
-    again = {(case.name, path) for case in cases for path in paths}
+def kept(rows: list[dict], cases: tuple[Case, ...], backends: tuple[str, ...]) -> Iterator[dict]:
+    """Yield rows or turns of known cases and backends that are not run again."""
+    again = {(case.name, backend) for case in cases for backend in backends}
     for row in rows:
-        known = row["case"] in ORDER and row["path"] in PATHS
+        known = row["case"] in ORDER and row["path"] in BACKENDS
         if known and (row["case"], row["path"]) not in again:
             yield row
 
 
 def in_order(rows: list[dict]) -> list[dict]:
-    """As the tables of cases and paths have them."""
-    paths = list(PATHS)
-    return sorted(rows, key=lambda row: (ORDER.index(row["case"]), paths.index(row["path"])))
+    """Return rows in the order of the tables of cases and backends."""
+    backends = list(BACKENDS)
+    return sorted(rows, key=lambda row: (ORDER.index(row["case"]), backends.index(row["path"])))
 
 
-def write_hard_cases(docs: Path, only: str, paths: Sequence[str]) -> None:
-    """Write results/hard-cases.json and results/hard-cases.md into a folder, anew after each case.
+def write_hard_cases(docs: Path, only: str, backends: Sequence[str]) -> None:
+    """Write results/hard-cases.json and results/hard-cases.md into a folder after each case.
 
     Args:
         only: text in the names of the cases to run; empty for all. Other results are kept.
-        paths: keys of PATHS to run; empty for all. Other results are kept.
+        backends: keys of BACKENDS to run; empty for all. Other results are kept.
 
     Raises:
-        CampaignError: no case has such a name, or a path is not a key of PATHS.
+        CampaignError: no case has such a name, or a backend is not a key of BACKENDS.
     """
-    for path in paths:
-        if path not in PATHS:
-            raise CampaignError(COMMAND, "--backend", f"got {path}", ", ".join(PATHS))
+    for backend in backends:
+        if backend not in BACKENDS:
+            raise CampaignError(COMMAND, "--backend", f"got {backend}", ", ".join(BACKENDS))
     cases = tuple(case for case in CASES if only in case.name)
     if not cases:
         raise CampaignError(COMMAND, "--only", f"got {only}", "; ".join(ORDER))
@@ -175,7 +176,7 @@ def write_hard_cases(docs: Path, only: str, paths: Sequence[str]) -> None:
     before = read_object(file, "remove it") if file.exists() else {}
     file.parent.mkdir(parents=True, exist_ok=True)
     record = provenance() | {"command": COMMAND}
-    for found in run_all(cases, tuple(paths) or tuple(PATHS), before):
+    for found in run_all(cases, tuple(backends) or tuple(BACKENDS), before):
         document = found | {"provenance": record}
         write_json(file, document)
         write_text(docs / "results" / "hard-cases.md", page(document))

@@ -69,7 +69,7 @@ _REASONS = """
 
 
 def page(document: dict) -> str:
-    """Markdown of the results."""
+    """Return the page in Markdown."""
     rows, record = document["rows"], document["provenance"]
     count = {v: sum(r["verdict"] == v for r in rows) for v in ("stable", "inaccurate", "unstable")}
     head = _HEAD.format(
@@ -97,12 +97,12 @@ def _summary(document: dict) -> str:
     lines.append("The first case is the one with the lowest limit over its damping limit.\n\n")
     lines.append("| contacts | cases | stable at every step | unstable | inaccurate ")
     lines.append("| first case | its limit, dt / T_R | dt / damping limit |\n" + "|---" * 8 + "|\n")
-    for path in dict.fromkeys(t["path"] for t in document["turns"]):
-        turns = [t for t in document["turns"] if t["path"] == path]
+    for backend in dict.fromkeys(t["path"] for t in document["turns"]):
+        turns = [t for t in document["turns"] if t["path"] == backend]
         turning = [t for t in turns if t["turns_by"] is not None]
         unstable = [t for t in turning if t["turns_to"] == "unstable"]
         counts = (len(turns), len(turns) - len(turning), len(unstable))
-        cells = [f"`{path}`", *map(str, counts), str(len(turning) - len(unstable))]
+        cells = [f"`{backend}`", *map(str, counts), str(len(turning) - len(unstable))]
         if turning:
             first = min(turning, key=_over_damping_limit)
             ratio = _over_damping_limit(first)
@@ -118,7 +118,7 @@ def _over_damping_limit(turn: dict) -> float:
 
 
 def named(cause: str) -> bool:
-    """Whether an error is the guard's, with its ball."""
+    """Return whether an error is of the guard and names a ball."""
     return "fix mill/guard: ball " in cause
 
 

@@ -39,8 +39,8 @@ _RUN = re.compile(r"^run\s.*$", re.M)
 
 
 def every_step(case_folder: Path, folder: Path, steps: int, step_s: float) -> Series:
-    """Columns of series.csv of a case that goes on from its last restart file, row by step, with a
-    time step [s]."""
+    """Continue a case from its last restart file with a time step [s]; return its series, with a
+    row for each step."""
     copy_decks(("mill.in",), folder)
     files = [read_restart(path) for path in case_folder.glob("mill.*.restart")]
     if not files:
@@ -58,7 +58,7 @@ def every_step(case_folder: Path, folder: Path, steps: int, step_s: float) -> Se
     lines += [f"variable {name} string {value}" for name, value in values.items()]
     write_text(folder / "parameters.in", "\n".join(lines) + "\n")
     deck = (folder / "mill.in").read_text(encoding="utf-8")
-    # As one that goes on, but with a series of its own.
+    # The deck resumes, but writes a new series.
     write_text(folder / "mill.in", _RUN.sub(f"run {steps}", deck))
     series = (folder / "charge_series.in").read_text(encoding="utf-8")
     begin = [line for line in series.splitlines() if not line.startswith("if ")]
@@ -70,9 +70,11 @@ def every_step(case_folder: Path, folder: Path, steps: int, step_s: float) -> Se
 
 
 def by_parity(series: Series, every: int) -> dict[str, dict[str, float]]:
-    """Means of each quantity over even and odd steps, their half difference and the scatter of the
-    values about their mean; of the largest values also the mean of those shown every `every` steps
-    and of the largest between them."""
+    """Return means of each quantity over even and odd steps, half their difference, and scatter.
+
+    Largest values also have the mean of the rows every `every` steps, and that of the largest
+    values between rows.
+    """
     even = series["step"] % 2 == 0
     found = {}
     for name in QUANTITIES:
@@ -108,7 +110,7 @@ def torque_of(series: Series, case: Case) -> dict[str, float]:
 
 
 def sampled(case_folder: Path, steps: int, step_s: float | None = None) -> dict[str, Any]:
-    """What the rows of a case miss; with its own time step or another [s]."""
+    """Return what the rows of a case miss, with its own time step or another [s]."""
     case = load_case(case_folder)
     own = case.time.step_s
     with tempfile.TemporaryDirectory(prefix="sampling-") as folder:

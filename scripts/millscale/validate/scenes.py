@@ -1,4 +1,4 @@
-"""How the balls of a hard case begin: positions, velocities, radii."""
+"""Initial positions, velocities and radii of the balls of a hard case."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SMALL_SHARE = 0.05  # of the volume, where there are two sizes
 LEADING = 1  # kind of a polygon's edge
 BLOW, SHOT = 5.0, 10.0  # [m/s]
 DEEP = 0.1  # overlap over radius
-# The ball that is shot into the bed comes when the bed has come to rest.
+# The ball that is shot into the bed appears when the bed is at rest.
 SETTLING = 0.3  # [s]
 
 
@@ -30,7 +30,7 @@ class Balls:
 
 
 def balls_of(case: Case, mill: Mill, seed: int) -> Balls:
-    """The balls of a case at its start."""
+    """Return the balls of a case at its start."""
     return {
         "heap": _heap,
         "edge": _on_edge,
@@ -47,7 +47,7 @@ def _resting(position, radius) -> Balls:
 
 
 def _heap(case: Case, mill: Mill, seed: int) -> Balls:
-    """A grid of balls from the bottom up, shaken a bit; smaller ones above the larger."""
+    """Return a grid of balls with small random shifts, smaller balls above larger ones."""
     random = np.random.default_rng(seed)
     area = np.pi * mill.radius**2
     volume = case.filling * SOLID * area * mill.length
@@ -66,7 +66,7 @@ def _heap(case: Case, mill: Mill, seed: int) -> Balls:
 
 
 def _grid(mill: Mill, radius: float, floor: float) -> np.ndarray:
-    """(n, 3) places in the cavity above `floor`, the lowest first."""
+    """Return places in the cavity above `floor`, (n, 3), the lowest first."""
     step = 2.0 * radius * JUST_APART
     along = max(1, int(mill.length / step))
     axis = np.arange(-mill.radius, mill.radius, step)
@@ -83,7 +83,7 @@ def _grid(mill: Mill, radius: float, floor: float) -> np.ndarray:
 
 
 def _lowest_lifter(mill: Mill):
-    """Corner of its top, foot, and unit vectors out of its top and of its leading face."""
+    """Return top corner and foot of a lifter, and the normals of its top and leading face."""
     nodes, kinds = mill.liner.polygon(1e-4)
     faces = np.flatnonzero(kinds == LEADING)
     face = int(faces[np.argmin(nodes[faces, 1])])
@@ -99,7 +99,7 @@ def _inward(a, b):
 
 
 def _thrown_at(mill: Mill, point, towards, speed) -> Balls:
-    """A ball a hundredth of its radius before it touches, thrown at a point of the section."""
+    """Return a ball that flies at a point of the section, 0.01 radii before contact."""
     towards = towards / np.linalg.norm(towards)
     radius = mill.radii[0]
 
@@ -116,7 +116,7 @@ def _thrown_at(mill: Mill, point, towards, speed) -> Balls:
 
 def _on_edge(case: Case, mill: Mill, seed: int) -> Balls:
     corner, _, top, face = _lowest_lifter(mill)
-    # Not through the middle of the edge, which would throw the ball back the way it came.
+    # Not through the middle of the edge, which would reverse the velocity of the ball.
     return _thrown_at(mill, corner, -(1.2 * top + face), BLOW)
 
 
@@ -126,7 +126,7 @@ def _into_corner(case: Case, mill: Mill, seed: int) -> Balls:
 
 
 def _wedged(case: Case, mill: Mill, seed: int) -> Balls:
-    """A ball in the corner, and another thrown at it from where the corner opens."""
+    """Return a ball in the corner, and another that flies at it from the open side."""
     first = _into_corner(case, mill, seed)
     direction = first.velocity[0] / BLOW
     behind = first.position[0] - 2.02 * mill.radii[0] * direction
@@ -147,7 +147,7 @@ def _shot_into_bed(case: Case, mill: Mill, seed: int) -> Balls:
 
 
 def _overlapping(case: Case, mill: Mill, seed: int) -> Balls:
-    """A block of balls in the air, each in its neighbours, over the periodic seam too."""
+    """Return a block of balls in the air that all overlap, also across the periodic boundary."""
     step = (2.0 - DEEP) * mill.radii[0]
     count = round(mill.length / step)
     if count < 1 or abs(count * step - mill.length) > 1e-9:

@@ -28,47 +28,47 @@ from millscale.study.page import REPORT, RESULTS
 from millscale.study.results import STUDY
 from millscale.validate.cases import CASES, REST, Mill, base_campaign, mill_of
 from millscale.validate.collision import collide, contact_time
-from millscale.validate.deck import PATHS, run_case
+from millscale.validate.deck import BACKENDS, run_case
 from millscale.validate.hard_cases import SEED, step_of
 from millscale.validate.scenes import balls_of
 from millscale.validate.time_step_page import COMMAND, draw, page
 from millscale.validate.verdict import measure
 
 Row = dict[str, Any]
-# Shares of the Rayleigh time. A collision at the first is the law without the step's error.
+# Fractions of the Rayleigh time. A collision at the first has no error of the step.
 EXACT = 0.005
 LADDER = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
 BED = next(case for case in CASES if case.kind == REST and case.steps is None)
-# Of the dimensionless means of a result.json.
+# Keys of the dimensionless means of a result.json.
 MEANS = ("kinetic", "kinetic_rotation", "power", "centre_z")
 ERRORS = ("contour", "curtain", "power")
 
 
 def collisions(mill: Mill) -> Iterator[Row]:
-    """A row for each path, kind of collision and step."""
-    for path in PATHS:
+    """Yield a row for each backend, kind of collision and step."""
+    for backend in BACKENDS:
         for kind in ("head-on", "oblique"):
             for share in (EXACT, *LADDER):
                 step = share * mill.rayleigh_time
                 with tempfile.TemporaryDirectory(prefix="collision-") as folder:
-                    found = collide(Path(folder) / "c", mill, path, step, kind == "oblique")
+                    found = collide(Path(folder) / "c", mill, backend, step, kind == "oblique")
                 yield {
                     "scene": "collision",
                     "kind": kind,
-                    **step_of(mill, path, share),
+                    **step_of(mill, backend, share),
                     "steps_per_contact": contact_time(mill) / step,
                     **vars(found),
                 }
 
 
 def beds(mill: Mill) -> Iterator[Row]:
-    """A row for each path and step: a bed that should come to rest."""
+    """Yield a row for each backend and step: a bed that should come to rest."""
     balls = balls_of(BED, mill, SEED)
-    for path in PATHS:
+    for backend in BACKENDS:
         for share in LADDER:
             step = share * mill.rayleigh_time
             with tempfile.TemporaryDirectory(prefix="bed-") as folder:
-                ran = run_case(Path(folder) / "b", BED, mill, balls, path, step)
+                ran = run_case(Path(folder) / "b", BED, mill, balls, backend, step)
             found = measure(BED, mill, balls, ran)
             numbers = {
                 "kinetic_left": found.energy,  # over N m g a
@@ -77,14 +77,14 @@ def beds(mill: Mill) -> Iterator[Row]:
             }
             yield {
                 "scene": "bed",
-                **step_of(mill, path, share),
+                **step_of(mill, backend, share),
                 **{key: x if np.isfinite(x) else None for key, x in numbers.items()},
                 "stopped_by": found.stopped_by,
             }
 
 
 def mills(study: Path) -> Iterator[Row]:
-    """A row for each setting of a study that differs from its reference in step and path alone.
+    """Yield a row for each setting that differs from the reference only in step and backend.
 
     Raises:
         RunFolderError: not the folder of a finished study.
@@ -104,8 +104,8 @@ def mills(study: Path) -> Iterator[Row]:
         if not begun:
             continue
         case = load_case(begun[0])
-        path = path_of(case)
-        if path is None or _mill_of(case) != _mill_of(reference):
+        backend = backend_of(case)
+        if backend is None or _mill_of(case) != _mill_of(reference):
             continue
         cases, time = _finished(places), case.time
         if not cases and all(_stopped(place) is None for place in begun):
@@ -113,7 +113,7 @@ def mills(study: Path) -> Iterator[Row]:
         row = {
             "scene": "mill",
             "setting": name,
-            "path": path,
+            "path": backend,
             "dt": time.step_s,
             "dt_over_rayleigh": time.rayleigh_fraction,
             "dt_over_damping_limit": time.limit_fraction,
@@ -122,11 +122,11 @@ def mills(study: Path) -> Iterator[Row]:
             "stopped_by": [cause for cause in map(_stopped, begun) if cause],
             "is_reference": name == about["reference"],
         }
-        yield row | (_told(cases, base, errors[name]) if cases and name in errors else {})
+        yield row | (_of_seeds(cases, base, errors[name]) if cases and name in errors else {})
 
 
-def _told(cases: Sequence[FinishedCase], base: Row, of_study: Row) -> Row:
-    """What finished seeds tell of a setting."""
+def _of_seeds(cases: Sequence[FinishedCase], base: Row, of_study: Row) -> Row:
+    """Return the part of a row that needs finished seeds of a setting."""
     return {
         **{key: _compared(cases, key, base[key]) for key in MEANS},
         "errors": {key: of_study["errors"][key] for key in ERRORS},
@@ -141,7 +141,7 @@ def _finished(places: Sequence[Path]) -> list[FinishedCase]:
 
 
 def _stopped(place: Path) -> str | None:
-    """Why the rotation of a case failed; None if it did not."""
+    """Return why the rotation of a case failed; None if it did not."""
     try:
         record = read_json(place / STAGE, "millscale study")
     except RunFolderError:
@@ -149,8 +149,8 @@ def _stopped(place: Path) -> str | None:
     return record["cause"] if record.get("state") == "failed" else None
 
 
-def path_of(case: Case) -> str | None:
-    """The path of PATHS a case takes; None for another pairing of contacts and wall."""
+def backend_of(case: Case) -> str | None:
+    """Return the backend of a case; None for another combination of contacts and wall."""
     deck, wall = case.deck, case.wall.kind
     if deck.surface == "default":
         return "stock" if wall == "mesh" else None
@@ -171,7 +171,7 @@ def _mean(cases, key: str) -> float:
 
 
 def _compared(cases, key: str, base: float) -> Row:
-    """Mean over the seeds, relative difference from the reference, range of the seeds over it."""
+    """Return mean of the seeds, and difference and range relative to the reference."""
     values = [one.result["dimensionless"][key] for one in cases]
     mean = float(np.mean(values))
     return {

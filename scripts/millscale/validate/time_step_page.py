@@ -85,7 +85,7 @@ Plain and limited damping agree head-on and differ at 45 degrees.
 
 
 def page(document: Row) -> str:
-    """Markdown of the results."""
+    """Return the page in Markdown."""
     rows, record = document["rows"], document["provenance"]
     head = _HEAD.format(
         machine=record["machine"].get("cpu", "unknown machine"),
@@ -115,10 +115,10 @@ def page(document: Row) -> str:
 
 
 def of_scene(rows: Iterable[Row], scene: str) -> list[Row]:
-    """Rows of a scene by path and step."""
-    paths = list(COLOURS)
+    """Return the rows of a scene, by backend and step."""
+    backends = list(COLOURS)
     own = [row for row in rows if row["scene"] == scene]
-    return sorted(own, key=lambda row: (paths.index(row["path"]), row["dt"]))
+    return sorted(own, key=lambda row: (backends.index(row["path"]), row["dt"]))
 
 
 def _mill_line(row: Row, means: Sequence[str]) -> str:
@@ -185,7 +185,7 @@ def _line(*cells: str) -> str:
 
 def draw(rows: Sequence[Row], file: Path) -> Figure:
     """Realised restitution, spin noise of a bed, kinetic energies of the mill against the step over
-    the Rayleigh time, a colour for each path.
+    the Rayleigh time, a colour for each backend.
 
     Args:
         rows: of time-step.json.
@@ -217,9 +217,9 @@ def draw(rows: Sequence[Row], file: Path) -> Figure:
 def _lines(
     axes: Axes, rows: Sequence[Row], value: Callable[[Row], float], mean: str | None = None
 ) -> None:
-    """A line for each path; bars: range of the seeds of a mean."""
-    for path, colour in COLOURS.items():
-        own = [row for row in rows if row["path"] == path]
+    """Draw a line for each backend; bars show the range of the seeds of a mean."""
+    for backend, colour in COLOURS.items():
+        own = [row for row in rows if row["path"] == backend]
         if not own:
             continue
         bars = [50 * row[mean]["range_of_seeds"] for row in own] if mean else None
@@ -231,5 +231,5 @@ def _lines(
             marker="o",
             markersize=3.5,
             capsize=2,
-            label=path,
+            label=backend,
         )

@@ -57,7 +57,7 @@ def _wall_damping(folder: Path) -> str:
 
 
 def of_seeds(rows: Sequence[Row]) -> list[Row]:
-    """Mean and standard deviation (n - 1) of the torque over the seeds of one setting."""
+    """Return mean and standard deviation (n - 1) of the torque over the seeds of a setting."""
     groups: dict[tuple, list[Row]] = {}
     for row in rows:
         groups.setdefault((row["S"], row["step_s"], row["wall_damping"]), []).append(row)

@@ -1,4 +1,4 @@
-"""What a run of a hard case is worth: energy error, overlap, spin noise, lost balls, verdict."""
+"""Verdict on a run of a hard case: energy error, overlap, spin noise, lost balls."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STABLE, INACCURATE, UNSTABLE = "stable", "inaccurate", "unstable"
 # between resolved runs (`scatter` of the results): twice that. Of a blow the share of its energy,
 # of a bed at rest the share of m g a of each ball.
 ENERGY_LIMIT = {"mill": 0.15, IMPACT: 0.05, REST: 1e-3}
-# Beyond it Hertz's law, made for small overlaps, says little.
+# Hertz's law holds for small overlaps only.
 OVERLAP_LIMIT = 0.30
 # Speed of the surface that changes sign from step to step, over that of a fall by half a radius:
 # a tenth of it is felt by Coulomb's limit of a resting contact.
@@ -25,7 +25,7 @@ _COLUMN = {name: k for k, name in enumerate(SERIES)}
 
 @dataclass(frozen=True)
 class Measured:
-    """One run. Energies are those of `energy`, whose meaning depends on the case's kind."""
+    """One run; the meaning of `energy` depends on the kind of the case."""
 
     energy: float
     max_overlap: float  # over the smallest radius
@@ -35,7 +35,7 @@ class Measured:
 
 
 def measure(case: Case, mill: Mill, balls: Balls, ran: Ran) -> Measured:
-    """Numbers of a run; NaN where it did not get that far."""
+    """Return the numbers of a run; NaN for those it did not reach."""
     series, radius = ran.series, mill.radii[-1]
     count = len(balls.radius)
     if not len(series):
@@ -65,12 +65,12 @@ def _energy(case: Case, mill: Mill, balls: Balls, series: np.ndarray) -> float:
 
 
 def mass(mill: Mill, radius: np.ndarray) -> np.ndarray:
-    """(n,) [kg]."""
+    """Return the masses of balls, (n,) [kg]."""
     return 4.0 / 3.0 * np.pi * mill.density * radius**3
 
 
 def energy_put_in(mill: Mill, balls: Balls) -> float:
-    """Kinetic energy of the blow, or elastic energy of the balls that begin in each other [J]."""
+    """Return the kinetic energy of the impact, or the elastic energy of initial overlaps [J]."""
     thrown = balls.late or balls
     kinetic = 0.5 * mass(mill, thrown.radius) @ (thrown.velocity**2).sum(axis=1)
     if kinetic > 0.0:
@@ -82,7 +82,7 @@ def energy_put_in(mill: Mill, balls: Balls) -> float:
 
 
 def _contacts(balls: Balls, mill: Mill) -> int:
-    """Touching pairs, those over the periodic seam too."""
+    """Return overlapping pairs, also those across the periodic boundary."""
     apart = balls.position[:, None] - balls.position[None]
     found = 0
     for seam in (-mill.length, 0.0, mill.length):
@@ -111,7 +111,7 @@ def energy_error(case: Case, found: Measured, reference: float) -> float:
 
 
 def verdict(case: Case, found: Measured, error: float) -> str:
-    """STABLE, INACCURATE or UNSTABLE."""
+    """Return STABLE, INACCURATE or UNSTABLE."""
     if found.stopped_by or found.lost or not np.isfinite(error):
         return UNSTABLE
     limits = (

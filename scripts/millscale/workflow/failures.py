@@ -81,7 +81,7 @@ CAUSES = (
     Cause(
         BY_HAND,
         r"made by hand is not used: .*ends at step",
-        "resume with sh mpirun.sh in the case folder, or move the named file elsewhere; run again",
+        "resume with sh mpirun.sh there, or move the named file to another folder; run again",
     ),
     Cause(
         BY_HAND,
