@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from millscale import _core
 from millscale.runs.case_file import Case
+from millscale.runs.liner import liner_of
 
 
 def liner_outline(case: Case, mill_angle: float) -> np.ndarray:
@@ -15,7 +15,7 @@ def liner_outline(case: Case, mill_angle: float) -> np.ndarray:
     Args:
         mill_angle: positive turns the bottom towards -x [rad].
     """
-    liner = _liner(case)
+    liner = liner_of(case.mill)
     nodes, _ = liner.polygon(1e-3 * liner.radius)
     return turned(np.vstack([nodes, nodes[:1]]), mill_angle)
 
@@ -25,7 +25,7 @@ def groove_box(case: Case) -> np.ndarray | None:
     float [x, z] in m. None for a plain drum."""
     if not case.mill.lifters:
         return None
-    corners = np.asarray(_liner(case).groove_box())
+    corners = np.asarray(liner_of(case.mill).groove_box())
     return np.vstack([corners, corners[:1]])
 
 
@@ -34,11 +34,3 @@ def turned(points: np.ndarray, mill_angle: float) -> np.ndarray:
     c, s = np.cos(mill_angle), np.sin(mill_angle)
     x, z = points.T
     return np.column_stack([x * c + z * s, z * c - x * s])
-
-
-def _liner(case: Case) -> _core.Liner:
-    mill = case.mill
-    widths = (mill.lifter_top_radius_m, mill.lifter_top_width_m, mill.groove_width_m)
-    if not mill.lifters:
-        widths = (0.0, 0.0, 0.0)
-    return _core.Liner(mill.radius_m, *widths, mill.lifters, mill.phase_rad)

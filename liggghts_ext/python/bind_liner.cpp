@@ -2,6 +2,8 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <array>
 #include <cstddef>
@@ -9,15 +11,18 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "core/liner/area.h"
+#include "core/liner/contacts.h"
 #include "core/liner/groove_box.h"
+#include "core/liner/lifters.h"
 #include "core/liner/nearest.h"
 #include "core/liner/offset.h"
 #include "core/liner/polygon.h"
-#include "core/liner/touches.h"
+#include "core/liner/profile_file.h"
 #include "python/bindings.h"
 
 namespace nb = nanobind;
@@ -77,7 +82,7 @@ struct NearestPoints {
   PointArray point, normal;
 };
 
-NearestPoints nearest_points(const Liner& liner, const Points& query)
+NearestPoints nearest_points(const Profile& liner, const Points& query)
 {
   const std::size_t n = query.shape(0);
   const auto found = std::make_unique<Nearest[]>(n);
@@ -89,35 +94,58 @@ NearestPoints nearest_points(const Liner& liner, const Points& query)
           points(n, [&](std::size_t i) { return found[i].normal; })};
 }
 
-/// `touches` of balls at many points: a row for each touch.
-struct TouchRows {
-  Column<std::int64_t> ball, face, sector;
+/// `contacts` of balls at many points: a row for each contact.
+struct ContactRows {
+  Column<std::int64_t> ball, surface, face, sector;
   Column<double> overlap;
   PointArray normal;
 };
 
-TouchRows touch_rows(const Liner& liner, const Points& centres, double ball_radius,
-                     std::optional<double> chord_error)
+ContactRows contact_rows(const Profile& liner, const Points& centres, double ball_radius,
+                         std::optional<double> chord_error)
 {
-  const TouchFinder finder(liner, chord_error ? wall_chords(liner, *chord_error) : GrooveChords{});
+  const ContactFinder finder(chord_error ? wall_profile(liner, *chord_error) : liner, ball_radius);
   std::vector<std::int64_t> ball;
-  std::vector<Touch> found;
+  std::vector<Contact> found;
   for (std::size_t i = 0; i < centres.shape(0); ++i) {
-    const Touches here = finder.touches(row(centres, i), ball_radius);
-    for (int t = 0; t < here.count; ++t) {
+    const Contacts here = finder.contacts(row(centres, i), ball_radius);
+    for (int c = 0; c < here.count; ++c) {
       ball.push_back(static_cast<std::int64_t>(i));
-      found.push_back(here.touch[static_cast<std::size_t>(t)]);
+      found.push_back(here.contact[static_cast<std::size_t>(c)]);
     }
   }
   const std::size_t n = found.size();
   return {column<std::int64_t>(n, [&](std::size_t i) { return ball[i]; }),
+          column<std::int64_t>(n, [&](std::size_t i) { return found[i].surface; }),
           column<std::int64_t>(n, [&](std::size_t i) { return static_cast<int>(found[i].face); }),
           column<std::int64_t>(n, [&](std::size_t i) { return found[i].sector; }),
           column<double>(n, [&](std::size_t i) { return found[i].overlap; }),
           points(n, [&](std::size_t i) { return found[i].normal; })};
 }
 
-std::pair<PointArray, Column<std::int64_t>> polygon_arrays(const Liner& liner, double chord_error)
+using NodeRow = std::tuple<double, double, double, int, int>;
+
+/// Rows (radial, tangential, arc_radius, face, ahead).
+std::vector<NodeRow> node_rows(const Profile& liner)
+{
+  std::vector<NodeRow> rows;
+  for (const Node& n : liner.nodes())
+    rows.emplace_back(n.point.radial, n.point.tangential, n.arc_radius, static_cast<int>(n.face),
+                      n.ahead);
+  return rows;
+}
+
+std::vector<Node> nodes_of(const std::vector<NodeRow>& rows)
+{
+  std::vector<Node> nodes;
+  for (const auto& [radial, tangential, arc_radius, face, ahead] : rows) {
+    if (face < 0 || face > 3) millscale::reject("profile, face", "must be 0 to 3", face);
+    nodes.push_back({{radial, tangential}, arc_radius, static_cast<Face>(face), ahead});
+  }
+  return nodes;
+}
+
+std::pair<PointArray, Column<std::int64_t>> polygon_arrays(const Profile& liner, double chord_error)
 {
   const Polygon p = polygon(liner, chord_error);
   return {points(p.nodes.size(), [&](std::size_t i) { return p.nodes[i]; }),
@@ -125,9 +153,9 @@ std::pair<PointArray, Column<std::int64_t>> polygon_arrays(const Liner& liner, d
                                [&](std::size_t i) { return static_cast<int>(p.faces[i]); })};
 }
 
-std::string describe(const Liner& l)
+std::string describe(const Lifters& l)
 {
-  return "Liner(radius=" + format(l.radius()) +
+  return "Lifters(radius=" + format(l.radius()) +
          ", lifter_top_radius=" + format(l.lifter_top_radius()) +
          ", lifter_top_width=" + format(l.lifter_top_width()) +
          ", groove_width=" + format(l.groove_width()) + ", lifters=" + std::to_string(l.lifters()) +
@@ -163,33 +191,151 @@ void bind_nearest(nb::module_& m)
               "(n, 2) float, unit vectors into the cavity.");
 }
 
-void bind_touches(nb::module_& m)
+void bind_contacts(nb::module_& m)
 {
-  nb::class_<TouchRows>(m, "Touches", "Where balls touch the liner, a row for each touch.")
-      .def_ro("ball", &TouchRows::ball, nb::rv_policy::automatic, "(m,) int, row of the centre.")
-      .def_ro("face", &TouchRows::face, nb::rv_policy::automatic,
+  nb::class_<ContactRows>(m, "Contacts", "Contacts of balls with the liner, a row for each.")
+      .def_ro("ball", &ContactRows::ball, nb::rv_policy::automatic, "(m,) int, row of the centre.")
+      .def_ro("surface", &ContactRows::surface, nb::rv_policy::automatic,
+              "(m,) int, index of the surface.")
+      .def_ro("face", &ContactRows::face, nb::rv_policy::automatic,
               "(m,) int: 0 groove, 1 leading face, 2 top, 3 trailing face.")
-      .def_ro("sector", &TouchRows::sector, nb::rv_policy::automatic,
+      .def_ro("sector", &ContactRows::sector, nb::rv_policy::automatic,
               "(m,) int, index of the groove, or of the lifter.")
-      .def_ro("overlap", &TouchRows::overlap, nb::rv_policy::automatic, "(m,) float, > 0 [m].")
-      .def_ro("normal", &TouchRows::normal, nb::rv_policy::automatic,
+      .def_ro("overlap", &ContactRows::overlap, nb::rv_policy::automatic, "(m,) float, > 0 [m].")
+      .def_ro("normal", &ContactRows::normal, nb::rv_policy::automatic,
               "(m, 2) float, unit vectors from the liner to the centre.");
 }
 
-void bind_dimensions(nb::class_<Liner>& c)
+void bind_profile(nb::module_& m)
 {
-  c.def_prop_ro("radius", &Liner::radius, "R, at the groove arcs [m].")
-      .def_prop_ro("lifter_top_radius", &Liner::lifter_top_radius,
+  nb::class_<Profile>(m, "Profile",
+                      "Cross-section of the mill's liner: lines and arcs of one sector, repeated. "
+                      "Sector k is centred at polar angle 2 pi k / n + phase.")
+      .def(
+          "__init__",
+          [](Profile* self, const std::vector<NodeRow>& nodes, int sectors, double phase) {
+            new (self) Profile(nodes_of(nodes), sectors, phase);
+          },
+          "nodes"_a, "sectors"_a, "phase"_a = 0.0,
+          "Nodes (radial, tangential, arc_radius, face, ahead) in the frame of the sector's centre "
+          "line, in the direction of rotation. Each begins a piece that ends at the next node: a "
+          "line (arc_radius 0), or an arc with its centre in the cavity (> 0) or in the wall (< 0) "
+          "[m]. face: 0 groove, 1 leading, 2 top, 3 trailing; ahead: 1 for a piece of the next "
+          "sector's lifter.")
+      .def_prop_ro("nodes", &node_rows, "Nodes as the constructor takes them.")
+      .def_prop_ro("text", &profile_text,
+                   "The profile as the file that `profile` of fix mill/similarity reads.")
+      .def_prop_ro("radius", &Profile::radius, "R, largest distance from the axis [m].")
+      .def_prop_ro("clear_radius", &Profile::clear_radius, "Smallest distance from the axis [m].")
+      .def_prop_ro("sectors", &Profile::sectors, "Number of equal sectors; 1 for a plain drum.")
+      .def_prop_ro("phase", &Profile::phase,
+                   "Polar angle of the centre line of sector 0 at rest [rad].")
+      .def_prop_ro("pitch", &Profile::pitch, "Angle from sector to sector [rad].")
+      .def_prop_ro("area", &area, "Of the cavity, exact [m^2].")
+      .def_prop_ro("narrowest_width", &narrowest_width,
+                   "Width of a groove where it is narrowest, at its foot or at its mouth [m].")
+      .def(
+          "scaled", [](const Profile& l, double S) { return scaled(l, S); }, "S"_a,
+          "Every length over S; angles and phase stay.")
+      .def(
+          "offset", [](const Profile& l, double distance) { return offset(l, distance); },
+          "distance"_a,
+          "Every piece moved into the cavity by distance [m] (negative: into the wall).")
+      .def(
+          "offset_scaled",
+          [](const Profile& l, double S, double ball_radius) {
+            return offset_scaled(l, S, ball_radius);
+          },
+          "S"_a, "ball_radius"_a,
+          "Liner of policy offset-liner: the path of the ball's centre scales by S [ball_radius "
+          "m].")
+      .def("polygon", &polygon_arrays, "chord_error"_a,
+           "Closed polygon: nodes (n, 2) float [x, z] in m, in the direction of rotation, and "
+           "faces (n,) int of the edges i -> i + 1: 0 groove, 1 leading face, 2 top, 3 trailing "
+           "face. "
+           "chord_error bounds the sagitta of the chords of arcs [m].")
+      .def(
+          "inside",
+          [](const Profile& l, double x, double z) {
+            return inside(l, {x, z});
+          },
+          "x"_a, "z"_a, "Whether a point [m] lies in the cavity or on the liner.")
+      .def(
+          "inside",
+          [](const Profile& l, const Points& p) {
+            return column<bool>(p.shape(0), [&](std::size_t i) { return inside(l, row(p, i)); });
+          },
+          "points"_a, "The same for (n, 2) points; (n,) bool.")
+      .def(
+          "nearest",
+          [](const Profile& l, double x, double z) {
+            return nearest(l, {x, z});
+          },
+          "x"_a, "z"_a, "Nearest point of the liner to a point [m], as Nearest.")
+      .def("nearest", &nearest_points, "points"_a, "The same for (n, 2) points, as NearestPoints.")
+      .def("contacts", &contact_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
+           "Contacts of balls of a radius [m] at centres (n, 2) of the cavity [m], as fix wall/mill "
+           "finds them: one with each surface. Arcs are exact, or with a chord_error [m] the chords "
+           "of `polygon`, of which the nearest counts.")
+      .def(
+          "groove_box",
+          [](const Profile& l) {
+            const std::array<Point, 4> box = groove_box(l);
+            return points(box.size(), [&](std::size_t i) { return box[i]; });
+          },
+          "Corners (4, 2) [m] of the box that holds groove 0 at rest, between the planes of the "
+          "facing lifter faces, from the tangent to the liner to the lifter tops; without lifters "
+          "the whole sector.");
+}
+
+void bind_lifters(nb::module_& m)
+{
+  nb::class_<Lifters, Profile>(
+      m, "Lifters",
+      "Liner of equal trapezoidal lifters. Groove k is centred at polar angle 2 pi k / n + phase, "
+      "lifter k half a pitch before it.")
+      .def(
+          "__init__",
+          [](Lifters* self, double R, double r, double D1, double D2, int n, double phase) {
+            new (self) Lifters(Widths{R, r, D1, D2, n, phase});
+          },
+          "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "groove_width"_a, "lifters"_a,
+          "phase"_a = 0.0,
+          "Trapezoid reading: faces are lines from the feet, D2 apart, to the top corners, D1 "
+          "apart. "
+          "Plain drum: lifters = 0 and all widths but the radius 0. Lengths in m, phase in rad.")
+      .def_static(
+          "from_face_angle",
+          [](double R, double r, double D1, double face_angle, int n, double phase) {
+            return Lifters(Slopes{R, r, D1, face_angle, n, phase});
+          },
+          "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "face_angle"_a, "lifters"_a,
+          "phase"_a = 0.0,
+          "The groove width follows from the face angle [rad]; 0 is the parallel reading.")
+      .def_prop_ro("lifter_top_radius", &Lifters::lifter_top_radius,
                    "r, from the axis to the middle of a lifter's flat top [m].")
-      .def_prop_ro("lifter_top_width", &Liner::lifter_top_width, "D1 [m].")
-      .def_prop_ro("groove_width", &Liner::groove_width,
+      .def_prop_ro("lifter_top_width", &Lifters::lifter_top_width, "D1 [m].")
+      .def_prop_ro("groove_width", &Lifters::groove_width,
                    "D2, chord of a groove between the feet of its lifters [m].")
-      .def_prop_ro("lifters", &Liner::lifters, "Number of lifters; 0 is a plain drum.")
-      .def_prop_ro("phase", &Liner::phase, "Polar angle of the centre of groove 0 at rest [rad].")
-      .def_prop_ro("face_angle", &Liner::face_angle,
+      .def_prop_ro("lifters", &Lifters::lifters, "Number of lifters; 0 is a plain drum.")
+      .def_prop_ro("face_angle", &Lifters::face_angle,
                    "Between a lifter's face and its centre line [rad].")
-      .def_prop_ro("pitch", &Liner::pitch, "Angle from lifter to lifter [rad].")
-      .def_prop_ro("area", &area, "Of the cavity, exact [m^2].");
+      .def(
+          "scaled", [](const Lifters& l, double S) { return scaled(l, S); }, "S"_a,
+          "Every length over S; phase and angles stay.")
+      .def(
+          "offset", [](const Lifters& l, double distance) { return offset(l, distance); },
+          "distance"_a,
+          "Every arc, face and top moved towards the axis by distance [m] (negative: away).")
+      .def(
+          "offset_scaled",
+          [](const Lifters& l, double S, double ball_radius) {
+            return offset_scaled(l, S, ball_radius);
+          },
+          "S"_a, "ball_radius"_a,
+          "Liner of policy offset-liner: the path of the ball's centre scales by S [ball_radius "
+          "m].")
+      .def("__repr__", &describe);
 }
 
 }  // namespace
@@ -197,70 +343,7 @@ void bind_dimensions(nb::class_<Liner>& c)
 void millscale::python::bind_liner(nb::module_& m)
 {
   bind_nearest(m);
-  bind_touches(m);
-  nb::class_<Liner> c(m, "Liner",
-                      "Validated cross-section of the mill's liner. Groove k is centred at polar "
-                      "angle 2 pi k / n + phase, lifter k half a pitch before it.");
-  bind_dimensions(c);
-  c.def(
-       "__init__",
-       [](Liner* self, double R, double r, double D1, double D2, int n, double phase) {
-         new (self) Liner(Widths{R, r, D1, D2, n, phase});
-       },
-       "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "groove_width"_a, "lifters"_a,
-       "phase"_a = 0.0,
-       "Trapezoid reading: faces are lines from the feet, D2 apart, to the top corners, D1 apart. "
-       "Plain drum: lifters = 0 and all widths but the radius 0. Lengths in m, phase in rad.")
-      .def_static(
-          "from_face_angle",
-          [](double R, double r, double D1, double face_angle, int n, double phase) {
-            return Liner(Slopes{R, r, D1, face_angle, n, phase});
-          },
-          "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "face_angle"_a, "lifters"_a,
-          "phase"_a = 0.0,
-          "The groove width follows from the face angle [rad]; 0 is the parallel reading.")
-      .def("scaled", &scaled, "S"_a, "Every length over S; angles and phase stay.")
-      .def("offset", &offset, "distance"_a,
-           "Every arc, face and top moved towards the axis by distance [m] (negative: away).")
-      .def("offset_scaled", &offset_scaled, "S"_a, "ball_radius"_a,
-           "Liner of policy offset-liner: the path of the ball's centre scales by S [ball_radius "
-           "m].")
-      .def("polygon", &polygon_arrays, "chord_error"_a,
-           "Closed polygon: nodes (n, 2) float [x, z] in m, in the direction of rotation, and "
-           "faces (n,) int of the edges i -> i + 1: 0 groove, 1 leading face, 2 top, 3 trailing "
-           "face. "
-           "chord_error bounds the sagitta of the groove's chords [m].")
-      .def(
-          "inside",
-          [](const Liner& l, double x, double z) {
-            return inside(l, {x, z});
-          },
-          "x"_a, "z"_a, "Whether a point [m] lies in the cavity or on the liner.")
-      .def(
-          "inside",
-          [](const Liner& l, const Points& p) {
-            return column<bool>(p.shape(0), [&](std::size_t i) { return inside(l, row(p, i)); });
-          },
-          "points"_a, "The same for (n, 2) points; (n,) bool.")
-      .def(
-          "nearest",
-          [](const Liner& l, double x, double z) {
-            return nearest(l, {x, z});
-          },
-          "x"_a, "z"_a, "Nearest point of the liner to a point [m], as Nearest.")
-      .def("nearest", &nearest_points, "points"_a, "The same for (n, 2) points, as NearestPoints.")
-      .def("touches", &touch_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
-           "Touches of balls of a radius [m] at centres (n, 2) of the cavity [m]: one with each "
-           "groove or lifter side a centre projects onto, or the nearest point of an edge. "
-           "Grooves are exact arcs, or with a chord_error [m] the chords of `polygon`, of which "
-           "the nearest counts.")
-      .def(
-          "groove_box",
-          [](const Liner& l) {
-            const std::array<Point, 4> box = groove_box(l);
-            return points(box.size(), [&](std::size_t i) { return box[i]; });
-          },
-          "Corners (4, 2) [m] of the box that holds groove 0 at rest, between the planes of the "
-          "facing lifter faces, from the tangent to the liner to the lifter tops.")
-      .def("__repr__", [](const Liner& l) { return describe(l); });
+  bind_contacts(m);
+  bind_profile(m);
+  bind_lifters(m);
 }

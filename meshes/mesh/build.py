@@ -29,7 +29,7 @@ def build_liner_mesh(liner, length, chord_error, axial_divisions=1):
     each; strips share their nodes, and both ends have the same nodes, as a periodic axis needs.
 
     Args:
-        liner: _core.Liner.
+        liner: _core.Profile.
         length: axial length of the mill [m].
         chord_error: largest distance between a groove arc and its chords [m].
         axial_divisions: rectangles along the axis.

@@ -54,7 +54,7 @@ def lint(mesh, liner=None, length=None, chord_error=None, for_engine=True):
 
     Args:
         mesh: LinerMesh.
-        liner: _core.Liner it should follow; None skips what needs one.
+        liner: _core.Profile it should follow; None skips what needs one.
         length: the mill's axial length, y = 0 to length [m]; None accepts any extent.
         chord_error: largest distance accepted between triangles and liner [m]; None accepts any.
         for_engine: whether the engine will read it; its limits of angles do not bind pictures.

@@ -26,8 +26,8 @@ from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
 from millscale.errors import CampaignError
 from millscale.mesh import build_liner_mesh, write_stl
-from millscale.packing.charge import liner_of
 from millscale.runs.dumps import read_dump
+from millscale.runs.liner import liner_of
 
 COLUMNS = "id type x y z vx vy vz omegax omegay omegaz radius density"
 
@@ -127,7 +127,7 @@ def test_every_engine_runs_the_state_and_accounts_for_its_time(tmp_path, variant
     write_dump(tmp_path / "state.dump", some_balls())
     box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
     count = write_data(tmp_path / "state.dump", box, tmp_path / "state.data")
-    surface = build_liner_mesh(liner_of(case), box[1], case["wall"]["chord_error_m"], 1)
+    surface = build_liner_mesh(liner_of(case["mill"]), box[1], case["wall"]["chord_error_m"], 1)
     write_stl(tmp_path / "liner.stl", surface)
     state = State(case, tmp_path / "state.data", tmp_path / "liner.stl", 0.3, count)
     phases = time_run(variant, state, 1, 2, 50, tmp_path / "run")

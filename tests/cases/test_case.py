@@ -108,7 +108,7 @@ def test_the_single_ball_starts_just_clear_of_the_liner(tmp_path):
         for case in cases(tmp_path, liner__phase_deg=phase):
             x, y, z = case["ball"]["start_m"]
             mill = case["mill"]
-            liner = _core.Liner(
+            liner = _core.Lifters(
                 mill["radius_m"], mill["lifter_top_radius_m"], mill["lifter_top_width_m"],
                 mill["groove_width_m"], mill["lifters"], mill["phase_rad"],
             )  # fmt: skip
@@ -167,7 +167,7 @@ def test_a_slice_in_ball_diameters_is_the_same_slice(tmp_path):
 def test_filling_and_porosity_give_the_count_from_the_liner_area(tmp_path):
     charge = {"filling": 0.3, "porosity": 0.35, "rotation_angle_rad": 1.0}
     case = by_id(cases(tmp_path, multi_ball=charge))["mb-cg-paper-S1.000"]
-    nodes, _ = _core.Liner(3.9, 3.61, 0.25, 0.635, 25).polygon(1e-7)
+    nodes, _ = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25).polygon(1e-7)
     x, z = nodes.T
     area = 0.5 * abs(np.sum(x * np.roll(z, -1) - z * np.roll(x, -1)))
     expected = 0.3 * 0.65 * area * 1.0 / (4.0 / 3.0 * math.pi * 0.02**3)

@@ -9,7 +9,6 @@ from rich.console import Console
 
 from millscale import _core
 from millscale.campaign.build import load_campaign
-from millscale.cases.feasible import narrowest_groove
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError
 from millscale.workflow import placement
@@ -18,9 +17,9 @@ from millscale.workflow.plan import plan_rows, render_plan
 from paper_campaign import MULTI_BALL, cases, write_campaign
 from small_command import small
 
-TRAPEZOID = _core.Liner(3.9, 3.61, 0.25, 0.635, 25)
+TRAPEZOID = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25)
 # Faces that lean so little that a groove is narrower between the tops than at its foot.
-NARROW_MOUTH = _core.Liner.from_face_angle(1.0, 0.8, 0.1, 0.0, 20)
+NARROW_MOUTH = _core.Lifters.from_face_angle(1.0, 0.8, 0.1, 0.0, 20)
 
 
 @pytest.mark.parametrize("liner", [TRAPEZOID, NARROW_MOUTH])
@@ -30,7 +29,7 @@ def test_a_groove_is_as_wide_as_its_feet_or_the_corners_of_the_tops(liner):
     foot = nodes[np.flatnonzero(faces == 0)[0]], nodes[np.flatnonzero(faces == 3)[0]]
     corner = nodes[np.flatnonzero(faces == 1)[0]], nodes[np.flatnonzero(faces == 2)[1]]
     widths = [math.dist(*foot), math.dist(*corner)]
-    assert narrowest_groove(liner) == pytest.approx(min(widths), rel=1e-12)
+    assert liner.narrowest_width == pytest.approx(min(widths), rel=1e-12)
     assert (widths[1] < widths[0]) == (liner is NARROW_MOUTH)
 
 

@@ -1,6 +1,7 @@
 import re
 
 import pytest
+from msgspec.structs import replace
 
 from millscale.cases.parameters import parameters, write_parameters
 from paper_campaign import MULTI_BALL, REPOSITORY, cases
@@ -9,7 +10,7 @@ PROMISED = set(
     """
 mill_radius_physical gravity_physical omega_physical S scheme policy time_factor ball_radius
 ball_density youngs_modulus poisson_ratio restitution_pp restitution_pw static_friction_pp
-static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius lifter_top_radius lifters
+static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius liner_shape lifters
 length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps
 settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
 tangential_model_pp tangential_model_pw rolling_model_pp rolling_model_pw soft_particles
@@ -26,7 +27,7 @@ def both_kinds(tmp_path):
 def read(path) -> dict[str, str]:
     lines = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
     assert all(line[0] == "variable" and line[2] == "string" for line in lines)
-    return {line[1]: line[3] for line in lines}
+    return {line[1]: " ".join(line[3:]) for line in lines}
 
 
 OF_A_MESH = {"curvature_deg", "liner_file"}
@@ -62,6 +63,31 @@ def test_counts_are_whole_numbers(both_kinds, tmp_path):
         for name in written:
             if name.endswith("_steps") or name == "lifters":
                 assert written[name] == str(int(written[name]))
+
+
+def test_the_liner_is_stated_exactly(both_kinds, tmp_path):
+    for case in both_kinds:
+        write_parameters(case, tmp_path)
+        words = read(tmp_path / "parameters.in")["liner_shape"].strip('"').split()
+        stated = {key: float(value) for key, value in zip(words[::2], words[1::2], strict=True)}
+        assert stated == {
+            "lifters": case.mill.lifters,
+            "phase": case.mill.phase_rad,
+            "lifter_top_radius": case.mill.lifter_top_radius_m,
+            "lifter_top_width": case.mill.lifter_top_width_m,
+            "groove_width": case.mill.groove_width_m,
+        }
+
+
+def test_a_liner_of_another_shape_is_stated_as_a_file(both_kinds, tmp_path):
+    nodes = ((1.38, -0.05, 0.0, 2, 0), (1.45, 0.1, 0.0, 0, 0))
+    case = both_kinds[0]
+    mill = replace(case.mill, profile=nodes, lifters=25, phase_rad=0.1)
+    write_parameters(replace(case, mill=mill), tmp_path)
+    assert read(tmp_path / "parameters.in")["liner_shape"] == '"profile liner_profile.csv"'
+    assert "1.3799999999999999,-0.050000000000000003,0,top,0" in (
+        (tmp_path / "liner_profile.csv").read_text()
+    )
 
 
 def test_the_box_holds_the_mill(both_kinds):

@@ -9,7 +9,7 @@ from millscale.errors import CampaignError
 from millscale.mesh import build_liner_mesh, curvature_deg, lint
 from millscale.mesh.curvature import curvature_range_deg
 from millscale.mesh.panels import panel_range_deg
-from millscale.packing.charge import liner_of
+from millscale.runs.liner import liner_of
 from paper_campaign import MULTI_BALL, cases
 
 
@@ -18,11 +18,11 @@ def test_panels_are_those_of_the_mesh(tmp_path, divisions):
     wall = {"wall": {"kind": "mesh", "axial_divisions": divisions}}
     for case in cases(tmp_path, **MULTI_BALL, **wall)[::3]:
         wall, length = case["wall"], case["mill"]["simulated_length_m"]
-        mesh = build_liner_mesh(liner_of(case), length, wall["chord_error_m"], divisions)
+        mesh = build_liner_mesh(liner_of(case["mill"]), length, wall["chord_error_m"], divisions)
         assert wall["triangles"] == len(mesh.triangles)
         assert wall["curvature_deg"] == pytest.approx(curvature_deg(mesh), rel=1e-9)
-        panels = panels_of(liner_of(case), length, wall["chord_error_m"], divisions)
-        assert lint(panels, liner_of(case), length, wall["chord_error_m"]).ok
+        panels = panels_of(liner_of(case["mill"]), length, wall["chord_error_m"], divisions)
+        assert lint(panels, liner_of(case["mill"]), length, wall["chord_error_m"]).ok
         # The same corners, whatever the order and the diagonals.
         rounded = [np.unique(np.round(x.nodes, 9), axis=0) for x in (mesh, panels)]
         np.testing.assert_allclose(*rounded, rtol=0.0, atol=2e-9)
@@ -30,7 +30,7 @@ def test_panels_are_those_of_the_mesh(tmp_path, divisions):
 
 def test_a_plain_drum_is_one_surface(tmp_path):
     case = cases(tmp_path, liner=None, wall__kind="mesh")[0]
-    nodes, _ = _core.Liner(3.9, 0.0, 0.0, 0.0, 0).polygon(case["wall"]["chord_error_m"])
+    nodes, _ = _core.Lifters(3.9, 0.0, 0.0, 0.0, 0).polygon(case["wall"]["chord_error_m"])
     assert case["wall"]["curvature_deg"] > 360.0 / len(nodes)
 
 
@@ -86,15 +86,15 @@ def test_the_program_finds_axial_divisions_that_the_engine_takes(tmp_path, mill)
     for case in cases(tmp_path, **mill, wall__kind="mesh"):
         wall, length = case["wall"], case["mill"]["simulated_length_m"]
         args = length, wall["chord_error_m"]
-        panels = panels_of(liner_of(case), *args, wall["axial_divisions"])
-        report = lint(panels, liner_of(case), *args)
+        panels = panels_of(liner_of(case["mill"]), *args, wall["axial_divisions"])
+        report = lint(panels, liner_of(case["mill"]), *args)
         assert report.ok, report.problems
         assert wall["curvature_deg"] == pytest.approx(report.curvature_deg, rel=1e-9)
         assert wall["triangles"] == len(panels.triangles)
         # None fewer would do.
         if wall["axial_divisions"] > 1:
-            fewer = panels_of(liner_of(case), *args, wall["axial_divisions"] - 1)
-            assert not lint(fewer, liner_of(case), *args).ok
+            fewer = panels_of(liner_of(case["mill"]), *args, wall["axial_divisions"] - 1)
+            assert not lint(fewer, liner_of(case["mill"]), *args).ok
 
 
 @pytest.mark.parametrize(("given", "accepted"), [(1, False), (10, False), (40, True), (400, False)])
@@ -116,8 +116,8 @@ def test_axial_divisions_that_do_not_fit_are_refused_with_some_that_do(tmp_path,
 def test_the_range_of_curvature_needs_no_mesh(tmp_path, mill, divisions):
     case = cases(tmp_path, **mill)[0]
     length, error = case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"]
-    of_mesh = curvature_range_deg(panels_of(liner_of(case), length, error, divisions))
-    profile, kinds = liner_of(case).polygon(error)
+    of_mesh = curvature_range_deg(panels_of(liner_of(case["mill"]), length, error, divisions))
+    profile, kinds = liner_of(case["mill"]).polygon(error)
     assert panel_range_deg(profile, kinds, length / divisions) == pytest.approx(of_mesh, rel=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_distance_from_a_square_is_that_of_sides_and_corners():
 @pytest.mark.parametrize("phase_deg", [0.0, 1.7, 3.6, 7.2, 11.0])
 @pytest.mark.parametrize("S", [1.0, 2.6, 40.0])
 def test_the_first_contact_below_is_where_a_disc_let_down_stops(phase_deg, S):
-    liner = _core.Liner(3.9, 3.61, 0.25, 0.635, 25, math.radians(phase_deg)).scaled(S)
+    liner = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25, math.radians(phase_deg)).scaled(S)
     nodes, _ = liner.polygon(5e-4 / S)
     z = first_contact_below(nodes, 0.02)
     # The whole way down is free, and at its end the disc touches, to rounding of the mill's size.

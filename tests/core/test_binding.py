@@ -14,7 +14,7 @@ PHYSICAL = _core.OperatingPoint(radius=3.9, ball_radius=0.02, gravity=9.81, omeg
 
 @pytest.fixture(scope="module")
 def liner():
-    return _core.Liner(3.9, 3.61, 0.25, 0.635, 25, phase=0.1)
+    return _core.Lifters(3.9, 3.61, 0.25, 0.635, 25, phase=0.1)
 
 
 def test_scale_takes_names_and_keywords():
@@ -50,7 +50,7 @@ def test_liner_shows_its_dimensions(liner):
     assert (liner.groove_width, liner.lifters, liner.phase) == (0.635, 25, 0.1)
     assert_allclose(liner.pitch, 2.0 * math.pi / 25)
     assert_allclose(math.degrees(liner.face_angle), 9.361, atol=1e-3)
-    parallel = _core.Liner.from_face_angle(3.9, 3.61, 0.25, 0.0, 25)
+    parallel = _core.Lifters.from_face_angle(3.9, 3.61, 0.25, 0.0, 25)
     assert parallel.face_angle == 0.0
     assert parallel.groove_width > liner.groove_width
 
@@ -122,9 +122,9 @@ def test_contact_limits():
         (lambda: _core.scale(PHYSICAL, 0.5), "S: must be >= 1"),
         (lambda: _core.scale(PHYSICAL, 2.0, "constant"), "accepted are constant-gravity"),
         (lambda: _core.detach_angle(1.2), "centrifuging"),
-        (lambda: _core.Liner(3.9, 4.0, 0.25, 0.635, 25), "lifter top radius"),
-        (lambda: _core.Liner(3.9, 0.0, 0.0, 0.0, 0).groove_box(), "plain drum"),
-        (lambda: _core.Liner(3.9, 0.0, 0.0, 0.0, 0).polygon(0.0), "chord error"),
+        (lambda: _core.Lifters(3.9, 4.0, 0.25, 0.635, 25), "lifter top radius"),
+        (lambda: _core.Lifters(3.9, 0.0, 0.0, 0.0, 0).groove_box(), "plain drum"),
+        (lambda: _core.Lifters(3.9, 0.0, 0.0, 0.0, 0).polygon(0.0), "chord error"),
         (lambda: _core.rayleigh_time(PAPER_BALL, -0.02), "ball radius"),
         (lambda: _core.damping_ratio(0.0), "restitution"),
     ],
@@ -153,4 +153,4 @@ def test_everything_has_a_docstring():
 
 def test_reprs_show_the_numbers():
     assert repr(PHYSICAL) == ("OperatingPoint(radius=3.9, ball_radius=0.02, gravity=9.81, omega=1)")
-    assert "groove_width=0.635" in repr(_core.Liner(3.9, 3.61, 0.25, 0.635, 25))
+    assert "groove_width=0.635" in repr(_core.Lifters(3.9, 3.61, 0.25, 0.635, 25))

@@ -125,6 +125,18 @@ def test_a_deck_of_another_version_may_differ_in_comments_alone(finished, tmp_pa
     assert {difference.file for difference in differences} == {"integrate.in"}
 
 
+def test_decks_of_another_version_are_what_it_recorded(finished, tmp_path, monkeypatch):
+    templates = tmp_path / "templates"
+    shutil.copytree(template_folder(), templates)
+    monkeypatch.setattr(verify, "template_folder", lambda: templates)
+    (templates / "integrate.in").write_text("fix integrate all nve/sphere\n")
+    monkeypatch.setattr(verify, "code", lambda: {"commit": "another"})
+    assert not verify.verify(finished.runs).differences
+    changed(finished, "guard.in", lambda text: text + "shell echo\n")
+    differences = verify.verify(finished.runs).differences
+    assert {difference.file for difference in differences} >= {"guard.in"}
+
+
 def test_a_missing_product_and_another_campaign_are_said(finished):
     (finished.case(BALL) / "result.json").unlink()
     copy = finished.runs / "campaign.toml"

@@ -96,11 +96,11 @@ def test_campaign_files_of_other_kinds(tallies, number, kind, tmp_path):
 def stl_files(folder):
     from millscale.cases.wall_panels import panels_of
     from millscale.mesh import write_stl
-    from millscale.packing.charge import liner_of
+    from millscale.runs.liner import liner_of
 
     (folder / "small.toml").write_text(TEXT)
     case = cases_of(load_campaign(folder / "small.toml"))[0]
-    surface = panels_of(liner_of(case), 0.3, 0.02, 1)
+    surface = panels_of(liner_of(case["mill"]), 0.3, 0.02, 1)
     write_stl(folder / "liner.stl", surface)
     text = (folder / "liner.stl").read_bytes()
     record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

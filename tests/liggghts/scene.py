@@ -113,7 +113,7 @@ def with_contacts(deck: str, contacts: str = "fast", options: str = "") -> str:
     return deck.replace(STOCK_CONTACTS, STOCK_CONTACTS + surface)
 
 
-def write_liner(folder: Path, liner: _core.Liner, length: float, chord_error: float) -> float:
+def write_liner(folder: Path, liner: _core.Profile, length: float, chord_error: float) -> float:
     """Write liner.stl; returns the curvature [deg] the engine needs for it."""
     mesh = build_liner_mesh(liner, length, chord_error)
     write_stl(folder / "liner.stl", mesh)
@@ -147,7 +147,7 @@ def mill_deck(
     top = 3.61 / S if lifters else 0.0
     shape = (top, 0.25 / S, 0.635 / S, lifters) if lifters else (0.0, 0.0, 0.0, 0)
     if wall == "mesh":
-        curvature = write_liner(folder, _core.Liner(radius, *shape), length, chord_error)
+        curvature = write_liner(folder, _core.Lifters(radius, *shape), length, chord_error)
         liner = mesh_wall(curvature)
     else:
         liner = analytic_wall(S, lifters)
@@ -216,7 +216,7 @@ def loose_bed(radius: float, count: int, length: float, seed: int) -> np.ndarray
 def about_to_be_thrown(S: float) -> tuple[np.ndarray, str]:
     """A ball just off a lifter's face on the rising side, and its velocity with the mill: it rides
     the face and leaves its tip within half a radian."""
-    liner = _core.Liner(3.9 / S, 3.61 / S, 0.25 / S, 0.635 / S, 25)
+    liner = _core.Lifters(3.9 / S, 3.61 / S, 0.25 / S, 0.635 / S, 25)
     path, groove = 3.9 / S - 0.04, 9 * 2 * np.pi / 25
 
     def place(psi):

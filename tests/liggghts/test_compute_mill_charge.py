@@ -10,7 +10,7 @@ from scene import SLICE, loose_bed, mill_deck, read_dump, run
 S = 2.6
 RADIUS, TOP, BALL = 3.9 / S, 3.61 / S, 0.02
 GRAVITY = 9.81
-LINER = _core.Liner(RADIUS, TOP, 0.25 / S, 0.635 / S, 25)
+LINER = _core.Lifters(RADIUS, TOP, 0.25 / S, 0.635 / S, 25)
 SHAPE = (
     f"lifters 25 lifter_top_radius {TOP!r} lifter_top_width {0.25 / S!r} groove_width {0.635 / S!r}"
 )

@@ -70,7 +70,7 @@ def test_gravity_acts_along_down(tmp_path):
 
 
 def _turning_drum(folder, extra, steps, before_run=""):
-    drum = _core.Liner(0.5, 0.45, 0.05, 0.09, 14)
+    drum = _core.Lifters(0.5, 0.45, 0.05, 0.09, 14)
     curvature = write_liner(folder, drum, 0.2, 1e-3)
     return (
         HEAD
@@ -124,7 +124,7 @@ def test_the_mill_stands_still_until_its_start(tmp_path):
 
 
 def test_a_ball_on_a_turning_wall_is_driven_at_wall_speed(tmp_path):
-    drum = _core.Liner(0.5, 0, 0, 0, 0)
+    drum = _core.Lifters(0.5, 0, 0, 0, 0)
     curvature = write_liner(tmp_path, drum, 0.2, 1e-4)
     deck = (
         HEAD

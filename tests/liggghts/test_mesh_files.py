@@ -9,7 +9,7 @@ import pytest
 from millscale import _core
 from scene import HEAD, material, run, write_liner
 
-DRUM = _core.Liner(0.5, 0.45, 0.05, 0.09, 14)
+DRUM = _core.Lifters(0.5, 0.45, 0.05, 0.09, 14)
 BOX = "region box block -0.6 0.6 0 0.2 -0.6 0.6 units box\ncreate_box 2 box\n"
 WALL = "fix wall all wall/gran model hertz mesh n_meshes 1 meshes liner\nfix i all nve/sphere\n"
 BALL = "create_atoms 1 single 0 0.1 0 units box\nset type 1 diameter 0.04 density 2678\n"

@@ -7,7 +7,7 @@ import pytest
 from millscale import _core
 from scene import HEAD, material, run, write_liner
 
-DRUM = _core.Liner(0.5, 0.45, 0.05, 0.09, 14)
+DRUM = _core.Lifters(0.5, 0.45, 0.05, 0.09, 14)
 WALL = (
     "fix wall all wall/gran model hertz tangential history rolling_friction cdt "
     "mesh n_meshes 1 meshes liner\n"

@@ -20,8 +20,8 @@ from wall_bench import (
     over_flat,
 )
 
-LINER = _core.Liner(1.5, 3.61 / 2.6, 0.25 / 2.6, 0.635 / 2.6, 25)
-DRUM = _core.Liner(1.5, 0.0, 0.0, 0.0, 0)
+LINER = _core.Lifters(1.5, 3.61 / 2.6, 0.25 / 2.6, 0.635 / 2.6, 25)
+DRUM = _core.Lifters(1.5, 0.0, 0.0, 0.0, 0)
 CHORD_ERROR = 5e-4
 RADIUS = 0.02
 LOW, HIGH = 0.1, 0.4

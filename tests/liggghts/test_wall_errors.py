@@ -8,9 +8,9 @@ from millscale import _core
 from scene import run
 from wall_bench import INTEGRATE, Balls, Materials, Mill, deck
 
-LINER = _core.Liner(1.5, 1.39, 0.096, 0.244, 25)
-DRUM = _core.Liner(1.5, 0.0, 0.0, 0.0, 0)
-NARROW_MOUTH = _core.Liner.from_face_angle(1.5, 1.3, 0.2, 0.0, 25)
+LINER = _core.Lifters(1.5, 1.39, 0.096, 0.244, 25)
+DRUM = _core.Lifters(1.5, 0.0, 0.0, 0.0, 0)
+NARROW_MOUTH = _core.Lifters.from_face_angle(1.5, 1.3, 0.2, 0.0, 25)
 CLOSED = Mill("arc", LINER, 0.0, words="ends 0.1 0.4", boundary="f f f")
 OPEN = Mill("arc", LINER, 0.0)
 BALL = Balls.of([[0.0, 0.25, -1.2]])

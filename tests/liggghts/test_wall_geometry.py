@@ -9,8 +9,8 @@ from wall_bench import WALLS, Balls, Materials, Mill, columns, fly
 
 RADIUS, DEPTH = 0.02, 1e-3  # of the balls; their overlap [m]
 PAPER = (1.5, 3.61 / 2.6, 0.25 / 2.6, 0.635 / 2.6, 25)
-LINER = _core.Liner(*PAPER)
-DRUM = _core.Liner(1.5, 0.0, 0.0, 0.0, 0)
+LINER = _core.Lifters(*PAPER)
+DRUM = _core.Lifters(1.5, 0.0, 0.0, 0.0, 0)
 CHORD_ERROR = 5e-4
 ELASTIC = Materials([1.0], [0.0], 0.0)
 STICKING = Materials([1.0], [0.5], 0.0)
@@ -212,7 +212,7 @@ def test_the_phase_of_liner_and_balls_changes_nothing(tmp_path, contact_row, wal
     names = "x y z", "vx vy vz", "omegax omegay omegaz"
     found = []
     for angle, turn in ((0.0, np.eye(3)), (phase, about_y)):
-        mill = Mill(wall, _core.Liner(*PAPER, phase=angle), CHORD_ERROR, omega=1.6, start="now")
+        mill = Mill(wall, _core.Lifters(*PAPER, phase=angle), CHORD_ERROR, omega=1.6, start="now")
         balls = Balls.of(place @ turn.T, velocity @ turn.T, spin @ turn.T)
         state = fly(tmp_path / f"{angle}", mill, balls, Materials(), 1e-4, 600)[-1]
         found.append([columns(state, name) @ turn for name in names])
@@ -241,7 +241,7 @@ def test_an_arc_does_not_know_where_it_begins(tmp_path):
     found = {}
     for wall in ("arc", "analytic"):
         for phase in (0.0, 0.7):
-            drum = _core.Liner(1.5, 0.0, 0.0, 0.0, 0, phase=phase)
+            drum = _core.Lifters(1.5, 0.0, 0.0, 0.0, 0, phase=phase)
             state = fly(
                 tmp_path / f"{wall}{phase}",
                 Mill(wall, drum, CHORD_ERROR),

@@ -80,7 +80,7 @@ class Mill:
     """Liner and how it is modelled: "mesh", "analytic" (the same polygon) or "arc"."""
 
     wall: str
-    liner: _core.Liner
+    liner: _core.Profile
     chord_error: float
     length: float = 0.5
     axial_divisions: int = 1
@@ -225,9 +225,9 @@ def kinetic_energy(balls: Balls, velocity, spin):
     return 0.5 * balls.mass * np.sum(velocity**2, axis=1) + 0.5 * inertia * np.sum(spin**2, axis=1)
 
 
-def flats(count: int, radius: float = 1.5) -> tuple[_core.Liner, float]:
+def flats(count: int, radius: float = 1.5) -> tuple[_core.Profile, float]:
     """A drum of `count` flat plates, and the chord error that makes it."""
-    return _core.Liner(radius, 0.0, 0.0, 0.0, 0), radius * (1.0 - math.cos(math.pi / count))
+    return _core.Lifters(radius, 0.0, 0.0, 0.0, 0), radius * (1.0 - math.cos(math.pi / count))
 
 
 def over_flat(liner, chord_error, index):

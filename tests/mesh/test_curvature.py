@@ -40,7 +40,7 @@ def test_value_separates_arc_panels_from_lifter_edges(table4_mill):
 
 def test_flat_lifters_limit_the_value_by_their_edges():
     # Faces at 89 degrees from the centre line: the top's edges fold by 1 degree.
-    liner = _core.Liner.from_face_angle(1.0, 0.99, 0.1, math.radians(89.0), 3)
+    liner = _core.Lifters.from_face_angle(1.0, 0.99, 0.1, math.radians(89.0), 3)
     mesh = build_liner_mesh(liner, 0.01, 1e-5)
     _, upper = curvature_range_deg(mesh)
     assert_allclose(upper, 1.0, rtol=1e-6)
@@ -48,7 +48,7 @@ def test_flat_lifters_limit_the_value_by_their_edges():
 
 
 def test_single_chord_grooves_need_no_lower_limit():
-    liner = _core.Liner(1.0, 0.9, 0.05, 0.1, 25)
+    liner = _core.Lifters(1.0, 0.9, 0.05, 0.1, 25)
     mesh = build_liner_mesh(liner, 0.1, 0.01)
     lower, upper = curvature_range_deg(mesh)
     assert lower == 0.0

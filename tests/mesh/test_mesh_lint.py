@@ -142,5 +142,5 @@ def test_single_precision_is_good_enough_for_a_users_file(mesh, physical):
 
 
 def test_a_users_file_of_another_mill_is_found(mesh, tmp_path):
-    other = _core.Liner(3.9, 3.6, 0.25, 0.635, 25)
+    other = _core.Lifters(3.9, 3.6, 0.25, 0.635, 25)
     assert "off the liner" in problems(mesh, other)

@@ -10,7 +10,7 @@ from millscale.campaign.campaign import Ball
 from millscale.packing.bed import COLUMNS, bed_record, bulk_fraction, read_bed
 from millscale.packing.charge import Packing, Room, pack
 
-DRUM = _core.Liner(1.5, 0.0, 0.0, 0.0, 0)
+DRUM = _core.Lifters(1.5, 0.0, 0.0, 0.0, 0)
 RADIUS = 0.02
 
 

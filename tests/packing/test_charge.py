@@ -12,15 +12,15 @@ from millscale.packing.charge import (
     Room,
     capacity,
     largest_overlap,
-    liner_of,
     pack,
     periodic_tree,
     write_charge,
     write_data,
 )
+from millscale.runs.liner import liner_of
 from paper_campaign import cases
 
-LINER = _core.Liner(3.9, 3.61, 0.25, 0.635, 25).scaled(2.6)
+LINER = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25).scaled(2.6)
 EQUAL = Ball(0.02, 2678.0, 0.0, 2.0)
 MIXED = Ball(0.02, 2678.0, 0.003, 2.0)
 
@@ -75,7 +75,7 @@ def test_overlap_is_found_within_and_across_the_periodic_ends():
 
 
 def test_the_largest_mill_of_the_paper_is_packed_in_seconds():
-    liner = _core.Liner(3.9, 3.61, 0.25, 0.635, 25)
+    liner = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25)
     packing = pack(Room(liner, 1.0, 1e-3), EQUAL, 231461, np.random.default_rng(1))
     assert len(packing.radii) == 231461
     assert largest_overlap(packing) == 0.0
@@ -140,7 +140,7 @@ def test_a_packing_has_no_columns_and_rows():
 
 
 def test_a_plain_drum_is_filled_to_a_usual_level():
-    drum = _core.Liner(1.0, 0.0, 0.0, 0.0, 0)
+    drum = _core.Lifters(1.0, 0.0, 0.0, 0.0, 0)
     packing = pack(Room(drum, 0.2), EQUAL, 1500, np.random.default_rng(1))
     assert largest_overlap(packing) == 0.0
     assert np.hypot(packing.centres[:, 0], packing.centres[:, 2]).max() <= 0.98
@@ -171,7 +171,7 @@ def test_a_case_gets_the_balls_it_counts_in_its_own_liner(tmp_path):
         body = (tmp_path / "charge.data").read_text().partition("Atoms\n\n")[2]
         rows = np.array([line.split() for line in body.splitlines()], dtype=float)
         assert len(rows) == case["ball"]["count"]
-        liner = liner_of(case)
+        liner = liner_of(case["mill"])
         assert liner.area == pytest.approx(case["mill"]["area_m2"], rel=1e-12)
         cross_section = np.ascontiguousarray(rows[:, [4, 6]])
         assert liner.nearest(cross_section).distance.min() > 0.02

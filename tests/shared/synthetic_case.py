@@ -19,7 +19,7 @@ from millscale.runs.provenance import write_provenance
 from millscale.runs.writing import write_json
 
 PHYSICAL = _core.OperatingPoint(radius=3.9, ball_radius=0.02, gravity=9.81, omega=1.0)
-LINER = _core.Liner(3.9, 3.61, 0.25, 0.635, 25)
+LINER = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25)
 SHORT = {"constant-gravity": "cg", "constant-speed": "cs", "froude": "fr"}
 LENGTH = 1.0
 MODELS = (1.0, 1.3, 2.6)
@@ -126,7 +126,7 @@ def typed(document: dict[str, Any]) -> Case:
     return case_of(Path("case.json"), document)
 
 
-def widths(liner: _core.Liner) -> dict[str, float]:
+def widths(liner: _core.Lifters) -> dict[str, float]:
     """Liner keys shared by `physical` and `mill`."""
     return {
         "lifter_top_radius_m": liner.lifter_top_radius,

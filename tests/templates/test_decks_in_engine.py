@@ -10,7 +10,8 @@ from millscale.cases.generate import generate
 from millscale.cases.parameters import write_parameters
 from millscale.cases.wall_panels import panels_of
 from millscale.mesh import curvature_deg
-from millscale.packing.charge import liner_of, write_charge
+from millscale.packing.charge import write_charge
+from millscale.runs.liner import liner_of
 from millscale.workflow.stage_work import write_mesh
 from scene import run_file
 
@@ -146,8 +147,8 @@ def _check_measurements(case, last):
 
 def test_the_mesh_wall_runs_from_the_same_decks(cases, tmp_path):
     case = cases["sb-cs-paper-S2.600"]
-    wall, length = case["wall"], case["mill"]["simulated_length_m"]
-    panels = panels_of(liner_of(case), length, wall["chord_error_m"], wall["axial_divisions"])
+    liner, wall, length = liner_of(case.mill), case.wall, case.mill.simulated_length_m
+    panels = panels_of(liner, length, wall.chord_error_m, wall.axial_divisions)
     meshed = structs.replace(wall, kind="mesh", curvature_deg=curvature_deg(panels))
     case = structs.replace(case, wall=meshed)
     folder = _prepare(case, tmp_path, "single_ball.in")

@@ -1,20 +1,25 @@
 #pragma once
 
-#include "core/liner/liner.h"
+#include <cmath>
+
+#include "core/liner/profile.h"
 
 namespace millscale::liner {
 
-/// Area of the cavity inside the liner [m^2], exact: per groove a circular sector, per lifter the
-/// four triangles from the axis to its faces and to the halves of its top. Derived here.
-inline double area(const Liner& liner)
+/// Area of the cavity [m^2], exact: per piece the triangle from the axis to its chord, and of an arc
+/// the circular segment R^2 (h - sin h cos h) beyond the chord, h being half its angle (less it
+/// where the arc bulges into the cavity).
+inline double area(const Profile& profile)
 {
-  const double R = liner.radius();
-  const double groove = R * R * liner.groove_half_angle();
-  if (liner.lifters() == 0) return groove;
-  const Local foot = liner.foot(), corner = liner.corner();
-  const double faces = corner.radial * foot.tangential - corner.tangential * foot.radial;
-  const double top = corner.radial * corner.tangential;
-  return liner.lifters() * (groove + faces + top);
+  double sector = 0.0;
+  for (const Piece& piece : profile.pieces()) {
+    sector += 0.5 * cross(piece.begin, piece.end);
+    if (!piece.is_arc()) continue;
+    const double h = piece.half_angle;
+    const double segment = piece.arc_radius * piece.arc_radius * (h - std::sin(h) * std::cos(h));
+    sector += piece.arc_radius > 0.0 ? segment : -segment;
+  }
+  return profile.sectors() * sector;
 }
 
 }  // namespace millscale::liner

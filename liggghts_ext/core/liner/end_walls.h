@@ -1,6 +1,6 @@
 #pragma once
 
-#include "core/liner/liner.h"
+#include "core/liner/profile.h"
 
 namespace millscale::liner {
 
@@ -11,10 +11,10 @@ struct EndWalls {
   /// Throws std::invalid_argument unless low < high.
   void check() const
   {
-    detail::require_finite("ends, lower", low);
-    detail::require_finite("ends, upper", high);
+    require_finite("ends, lower", low);
+    require_finite("ends, upper", high);
     if (!(low < high))
-      detail::reject("ends", "the upper end must be > the lower end " + format(low) + " m", high);
+      reject("ends", "the upper end must be > the lower end " + format(low) + " m", high);
   }
 
   /// Overlap of a ball [m] at a place on the axis with the lower and the upper end, <= 0 without

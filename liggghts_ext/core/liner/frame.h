@@ -23,6 +23,43 @@ struct Local {
   double radial, tangential;
 };
 
+inline Local operator+(Local a, Local b)
+{
+  return {a.radial + b.radial, a.tangential + b.tangential};
+}
+inline Local operator-(Local a, Local b)
+{
+  return {a.radial - b.radial, a.tangential - b.tangential};
+}
+inline Local operator*(double s, Local a)
+{
+  return {s * a.radial, s * a.tangential};
+}
+inline double dot(Local a, Local b)
+{
+  return a.radial * b.radial + a.tangential * b.tangential;
+}
+/// > 0 where b points to the left of a; the cavity is on the left of a liner's pieces.
+inline double cross(Local a, Local b)
+{
+  return a.radial * b.tangential - a.tangential * b.radial;
+}
+inline double length(Local a)
+{
+  return std::sqrt(dot(a, a));
+}
+/// The vector a quarter turn to the left.
+inline Local left_of(Local a)
+{
+  return {-a.tangential, a.radial};
+}
+/// The vector turned in the direction of rotation by an angle [rad].
+inline Local turned(Local a, double angle)
+{
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {a.radial * c - a.tangential * s, a.radial * s + a.tangential * c};
+}
+
 /// The radius at polar angle psi, measured from the bottom (-z) in the direction of rotation:
 /// a point at distance d on it is x = -d sin(psi), z = -d cos(psi).
 class Frame {

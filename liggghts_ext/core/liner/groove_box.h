@@ -3,45 +3,99 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
-#include "core/liner/liner.h"
+#include "core/liner/profile.h"
 
 namespace millscale::liner {
 
-/// Width of a groove between the top corners of its two lifters [m].
-inline double groove_mouth_width(const Liner& liner)
+namespace detail {
+
+/// Last leading face before the groove and first trailing face behind it, of a sector.
+struct FacingFaces {
+  Piece leading, trailing;
+};
+
+inline std::optional<FacingFaces> facing_faces(const Profile& profile)
 {
-  const double half_pitch = 0.5 * liner.pitch();
-  const Local corner = liner.corner();
-  return 2.0 * (corner.radial * std::sin(half_pitch) - corner.tangential * std::cos(half_pitch));
+  std::optional<Piece> leading, trailing;
+  for (const Piece& piece : profile.pieces()) {
+    if (piece.is_arc()) continue;
+    if (piece.face == Face::leading) leading = piece;
+    if (piece.face == Face::trailing && !trailing) trailing = piece;
+  }
+  if (!leading || !trailing) return std::nullopt;
+  return FacingFaces{*leading, *trailing};
 }
 
-/// Width of a groove where it is narrowest, at its foot or at its mouth [m].
-inline double narrowest_groove_width(const Liner& liner)
+/// Where the line through a face is at a distance along the sector's centre line [m].
+inline double beside(const Piece& face, Local corner, double radial)
 {
-  return std::min(liner.groove_width(), groove_mouth_width(liner));
+  return corner.tangential +
+         (radial - corner.radial) * face.tangent_begin.tangential / face.tangent_begin.radial;
+}
+
+}  // namespace detail
+
+/// Width of the liner where it is narrowest [m]: between the corners of a groove's foot, between the
+/// edges of its mouth, across an arc whose centre is in the cavity. No ball touches two sectors
+/// beside its own if its diameter is less.
+inline double narrowest_width(const Profile& profile)
+{
+  const std::vector<Piece>& pieces = profile.pieces();
+  double width = 2.0 * profile.clear_radius();
+  Local edge{}, corner{};  // the last convex and the last concave one
+  bool after_edge = false, after_corner = false, in_groove = false;
+  for (std::size_t i = 0; i < 2 * pieces.size(); ++i) {  // twice, to see each pair of corners
+    const std::size_t of_sector = i % pieces.size();
+    const Piece& piece = pieces[of_sector];
+    const Local begin = i < pieces.size() ? piece.begin : turned(piece.begin, profile.pitch());
+    if (piece.arc_radius > 0.0) width = std::min(width, 2.0 * piece.arc_radius);
+    if (piece.turn > 0.0 && !profile.nodes()[of_sector].continues) {
+      if (after_corner) width = std::min(width, length(begin - corner));
+      corner = begin;
+      after_corner = in_groove = true;
+    } else if (piece.turn < 0.0) {
+      if (after_edge && in_groove) width = std::min(width, length(begin - edge));
+      edge = begin;
+      after_edge = true;
+      after_corner = in_groove = false;
+    }
+  }
+  return width;
 }
 
 /// Corners of the box that holds groove 0 at rest [m], in order of increasing polar angle along the
-/// liner, then back along the lifter tops: between the planes of the facing lifter faces, from the
-/// tangent to the groove's arc at its middle (so that no ball in the groove is missed) to the line
-/// through the top corners. Throws std::invalid_argument for a plain drum.
-inline std::array<Point, 4> groove_box(const Liner& liner)
+/// liner, then back along its inner side: between the planes of the facing lifter faces, from the
+/// tangent to the liner's radius at the sector's centre line (so that no ball in the groove is
+/// missed) to the line through the face's edge that is nearer to the axis. Without lifters the sides
+/// are the sector's borders, and the inner line is at the clear radius.
+/// Throws std::invalid_argument for a plain drum.
+inline std::array<Point, 4> groove_box(const Profile& profile)
 {
-  if (liner.lifters() == 0)
-    throw std::invalid_argument("groove box: a plain drum (lifters = 0) has no groove");
-  const double half_pitch = 0.5 * liner.pitch();
-  const Local corner = liner.corner();
-  const double inner =
-      corner.radial * std::cos(half_pitch) + corner.tangential * std::sin(half_pitch);
-  const double inner_half = 0.5 * groove_mouth_width(liner);
-  // Seen from the groove's centre line the faces open or close by half the pitch.
-  const double opening = std::tan(half_pitch - liner.face_angle());
-  const double outer_half = inner_half + (liner.radius() - inner) * opening;
-  const Frame frame(liner.groove_angle(0));
-  return {frame.point({liner.radius(), -outer_half}), frame.point({liner.radius(), outer_half}),
-          frame.point({inner, inner_half}), frame.point({inner, -inner_half})};
+  if (profile.sectors() == 1)
+    throw std::invalid_argument(
+        "groove box: a plain drum (lifters = 0), or a shape of one sector, has no groove");
+  const double outer = profile.radius();
+  const Frame frame(profile.sector_angle(0));
+  const auto box = [&](double inner, double outer_low, double outer_high, double inner_low,
+                       double inner_high) -> std::array<Point, 4> {
+    return {frame.point({outer, outer_low}), frame.point({outer, outer_high}),
+            frame.point({inner, inner_high}), frame.point({inner, inner_low})};
+  };
+  if (const auto faces = detail::facing_faces(profile)) {
+    const Local low = faces->leading.begin, high = faces->trailing.end;
+    const double inner = std::min(low.radial, high.radial);
+    return box(inner, detail::beside(faces->leading, low, outer),
+               detail::beside(faces->trailing, high, outer),
+               detail::beside(faces->leading, low, inner),
+               detail::beside(faces->trailing, high, inner));
+  }
+  const double inner = profile.clear_radius(), slope = std::tan(0.5 * profile.pitch());
+  return box(inner, -slope * outer, slope * outer, -slope * inner, slope * inner);
 }
 
 }  // namespace millscale::liner

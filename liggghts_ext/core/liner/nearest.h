@@ -1,9 +1,8 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
-#include "core/liner/liner.h"
+#include "core/liner/profile.h"
 
 namespace millscale::liner {
 
@@ -19,120 +18,69 @@ struct Nearest {
 
 namespace detail {
 
-/// A point folded into half a sector. Mirror planes run through lifters and grooves, so the nearest
-/// point of the whole liner lies in the same half sector.
-struct Folded {
-  int groove;   ///< index of the point's sector
-  bool ahead;   ///< in the direction of rotation from the groove's centre
-  Local local;  ///< in the frame of the near lifter's centre line, tangential >= 0 to the groove
+struct NearestPiece {
+  const PlacedPiece* placed;
+  OnPiece on;
+  double distance;  ///< as of Nearest [m]
 };
 
-inline int wrapped(int k, int n)
+/// Whether a point is on the wall's side, seen from the nearest point of the liner. A point that a
+/// corner is nearest to is in the cavity at a convex edge and in the wall at a concave corner.
+inline bool in_wall(const PlacedPiece& placed, const OnPiece& on, Local p)
 {
-  return ((k % n) + n) % n;
+  const double turn = on.is_begin ? placed.piece.turn : on.is_end ? placed.turn_end : 0.0;
+  if (turn != 0.0) return turn > 0.0;
+  const Piece& piece = placed.piece;
+  if (!piece.is_arc()) return cross(piece.tangent_begin, p - piece.begin) < 0.0;
+  return (length(p - piece.centre) - std::abs(piece.arc_radius)) * piece.arc_radius > 0.0;
 }
 
-inline Folded fold(const Liner& liner, Point p)
+/// Of a point in the frame of the sector it lies in.
+inline NearestPiece nearest_piece(const Profile& profile, Local p)
 {
-  const double turns = (polar_angle(p) - liner.phase()) / liner.pitch();
-  const double groove = std::floor(turns + 0.5);
-  const bool ahead = turns >= groove;
-  const double from_lifter = 0.5 * liner.pitch() - std::abs(turns - groove) * liner.pitch();
-  const double distance = length(p);
-  const int n = std::max(liner.lifters(), 1);
-  return {wrapped(static_cast<int>(std::fmod(groove, n)), n),
-          ahead,
-          {distance * std::cos(from_lifter), distance * std::sin(from_lifter)}};
-}
-
-/// In the wall, or on its surface from inside: beyond the circle, or in a lifter.
-inline bool in_wall(const Liner& liner, Local p)
-{
-  if (std::hypot(p.radial, p.tangential) > liner.radius()) return true;
-  if (liner.lifters() == 0 || !(p.radial > liner.lifter_top_radius())) return false;
-  const Local corner = liner.corner();
-  const double along = std::cos(liner.face_angle()), across = std::sin(liner.face_angle());
-  return (p.tangential - corner.tangential) * along < (p.radial - corner.radial) * across;
-}
-
-inline Local nearest_on_segment(Local p, Local a, Local b)
-{
-  const double r = b.radial - a.radial, t = b.tangential - a.tangential;
-  const double along =
-      ((p.radial - a.radial) * r + (p.tangential - a.tangential) * t) / (r * r + t * t);
-  const double share = std::clamp(along, 0.0, 1.0);
-  return {a.radial + share * r, a.tangential + share * t};
-}
-
-inline Local nearest_on_arc(const Liner& liner, Local p)
-{
-  const double angle = std::max(std::atan2(p.tangential, p.radial), liner.foot_half_angle());
-  return {liner.radius() * std::cos(angle), liner.radius() * std::sin(angle)};
-}
-
-/// Nearest point in the lifter's frame, with the liner's own normal there. `face` is groove,
-/// leading (either side) or top.
-struct Candidate {
-  Local point, normal;
-  Face face;
-};
-
-inline Candidate nearest_candidate(const Liner& liner, Local p)
-{
-  const Local on_arc = nearest_on_arc(liner, p);
-  Candidate best{
-      on_arc, {-on_arc.radial / liner.radius(), -on_arc.tangential / liner.radius()}, Face::groove};
-  if (liner.lifters() == 0) return best;
-  const Local foot = liner.foot(), corner = liner.corner();
-  const auto distance = [p](Local q) {
-    return std::hypot(p.radial - q.radial, p.tangential - q.tangential);
-  };
-  const Candidate face{nearest_on_segment(p, corner, foot),
-                       {-std::sin(liner.face_angle()), std::cos(liner.face_angle())},
-                       Face::leading};
-  const Candidate top{
-      {corner.radial, std::min(p.tangential, corner.tangential)}, {-1.0, 0.0}, Face::top};
-  for (const Candidate& candidate : {face, top})
-    if (distance(candidate.point) < distance(best.point)) best = candidate;
+  const double tie = 1e-14 * profile.radius();
+  NearestPiece best{nullptr, {}, INFINITY};
+  for (const PlacedPiece& placed : profile.around()) {
+    const OnPiece on = nearest_on(placed.piece, p);
+    const double distance = length(p - on.point);
+    if (distance < best.distance - tie) best = {&placed, on, distance};
+  }
+  if (best.placed && in_wall(*best.placed, best.on, p)) best.distance = -best.distance;
   return best;
+}
+
+/// Unit vector into the cavity at a point of a piece.
+inline Local normal_at(const Piece& piece, Local point)
+{
+  return piece.is_arc() ? (-1.0 / piece.arc_radius) * (point - piece.centre)
+                        : left_of(piece.tangent_begin);
 }
 
 }  // namespace detail
 
-/// Whether a point lies in the cavity; the liner itself counts as inside.
-inline bool inside(const Liner& liner, Point p)
+/// Nearest point of the liner. Ties are resolved the same way every time: on the centre line of a
+/// groove its far side (in the direction of rotation) counts as nearer, between faces the order
+/// groove, lifter's side, top.
+inline Nearest nearest(const Profile& profile, Point p)
 {
-  return !detail::in_wall(liner, detail::fold(liner, p).local);
+  const int sector = profile.sector_at(polar_angle(p));
+  const Frame frame(profile.sector_angle(sector));
+  const Local local = frame.local(p);
+  const detail::NearestPiece found = detail::nearest_piece(profile, local);
+  const Piece& piece = found.placed->piece;
+  // Close to the liner the direction to it is lost to rounding, and its own normal is exact.
+  const bool resolved = std::abs(found.distance) > 1e-9 * profile.radius();
+  const Local normal = resolved ? (1.0 / found.distance) * (local - found.on.point)
+                                : detail::normal_at(piece, found.on.point);
+  return {found.distance, piece.face, profile.owner(piece, sector + found.placed->offset),
+          frame.point(found.on.point), frame.point(normal)};
 }
 
-/// Nearest point of the liner, with exact arcs. Ties are resolved the same way every time: on the
-/// centre line of a groove its far side (in the direction of rotation) counts as nearer, between
-/// faces the order groove, lifter's side, top.
-inline Nearest nearest(const Liner& liner, Point p)
+/// Whether a point lies in the cavity; the liner itself counts as inside.
+inline bool inside(const Profile& profile, Point p)
 {
-  const detail::Folded folded = detail::fold(liner, p);
-  const detail::Candidate found = detail::nearest_candidate(liner, folded.local);
-  const bool wall = detail::in_wall(liner, folded.local);
-
-  const Local gap{folded.local.radial - found.point.radial,
-                  folded.local.tangential - found.point.tangential};
-  const double distance = std::hypot(gap.radial, gap.tangential);
-  // Close to the liner the direction to it is lost to rounding, and its own normal is exact.
-  const bool resolved = distance > 1e-9 * liner.radius();
-  const double towards_cavity = wall ? -1.0 / distance : 1.0 / distance;
-  const Local normal =
-      resolved ? Local{gap.radial * towards_cavity, gap.tangential * towards_cavity} : found.normal;
-
-  // Ahead of the groove's centre the near lifter is the next one, and this is its trailing side.
-  const int n = std::max(liner.lifters(), 1);
-  const int lifter = folded.ahead ? detail::wrapped(folded.groove + 1, n) : folded.groove;
-  const double mirror = folded.ahead ? -1.0 : 1.0;
-  const Frame frame(liner.lifter_angle(folded.groove + (folded.ahead ? 1 : 0)));
-  const Face side = folded.ahead ? Face::trailing : Face::leading;
-  return {wall ? -distance : distance, found.face == Face::leading ? side : found.face,
-          found.face == Face::groove ? folded.groove : lifter,
-          frame.point({found.point.radial, mirror * found.point.tangential}),
-          frame.point({normal.radial, mirror * normal.tangential})};
+  const Frame frame(profile.sector_angle(profile.sector_at(polar_angle(p))));
+  return detail::nearest_piece(profile, frame.local(p)).distance >= 0.0;
 }
 
 }  // namespace millscale::liner

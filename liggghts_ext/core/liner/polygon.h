@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
-#include "core/liner/liner.h"
+#include "core/liner/profile.h"
 
 namespace millscale::liner {
 
@@ -24,51 +25,55 @@ inline int chords(double radius, double half_angle, double chord_error)
   return std::max(1, static_cast<int>(std::ceil(half_angle / half_chord_angle - 1e-9)));
 }
 
-/// Equal chords in place of each groove's arc; none: the exact arc. The mesh's polygon and a wall
-/// with the same chord error have the same ones.
-struct GrooveChords {
-  int count = 0;              ///< per groove; 0: the arc
-  double half_angle = 0.0;    ///< half the angle one chord spans [rad]
-  double inner_radius = 0.0;  ///< from the axis to the middle of a chord [m]
-};
-
-/// Throws std::invalid_argument for a chord error [m] that is not in (0, R).
-inline GrooveChords groove_chords(const Liner& liner, double chord_error)
+/// Nodes of one sector with equal chords in place of its arcs, none farther than chord_error [m]
+/// from its arc. They lie on the liner.
+/// Throws std::invalid_argument for a chord error that is not in (0, R).
+inline std::vector<Node> chord_nodes(const Profile& profile, double chord_error)
 {
-  const double R = liner.radius(), half_angle = liner.groove_half_angle();
-  detail::require_between("chord error", 0.0, R, chord_error, "the liner radius");
-  const int count = std::max(chords(R, half_angle, chord_error), liner.lifters() == 0 ? 3 : 1);
-  return {count, half_angle / count, R * std::cos(half_angle / count)};
+  detail::require_between("chord error", 0.0, profile.radius(), chord_error, "the liner radius");
+  std::vector<Node> result;
+  for (std::size_t i = 0; i < profile.pieces().size(); ++i) {
+    const Piece& piece = profile.pieces()[i];
+    Node node = profile.nodes()[i];
+    node.continues = node.continues || piece.turn == 0.0;
+    node.arc_radius = 0.0;
+    result.push_back(node);
+    if (!piece.is_arc()) continue;
+    const double radius = std::abs(piece.arc_radius);
+    const double sweep = piece.arc_radius > 0.0 ? piece.half_angle : -piece.half_angle;
+    const double middle = std::atan2(piece.middle.tangential, piece.middle.radial);
+    const int count =
+        std::max(chords(radius, piece.half_angle, chord_error), profile.is_drum() ? 3 : 1);
+    node.continues = true;
+    for (int k = 1; k < count; ++k) {
+      const double angle = middle + sweep * (2 * k - count) / count;
+      node.point = piece.centre + Local{radius * std::cos(angle), radius * std::sin(angle)};
+      result.push_back(node);
+    }
+  }
+  return result;
 }
 
-/// Polygon with its nodes on the liner: lifters exact, groove arcs as equal chords within
-/// chord_error [m]. Every sector's nodes are those of sector 0, rotated. A sector runs from the
-/// trailing corner of lifter k over its top, leading face and groove to the next lifter's foot.
-/// Throws std::invalid_argument for a chord error that is not in (0, R).
-inline Polygon polygon(const Liner& liner, double chord_error)
+/// The profile with the same chords. The chords of an arc are one surface, and so are pieces that
+/// join smoothly.
+inline Profile with_chords(const Profile& profile, double chord_error)
 {
-  const double R = liner.radius(), half_angle = liner.groove_half_angle();
-  const bool plain = liner.lifters() == 0;
-  const int count = groove_chords(liner, chord_error).count;
-  const Local corner = liner.corner();
+  return {chord_nodes(profile, chord_error), profile.sectors(), profile.phase()};
+}
 
+/// Polygon with its nodes on the liner: straight pieces exact, arcs as equal chords within
+/// chord_error [m]. The nodes of every sector are those of sector 0, rotated.
+/// Throws std::invalid_argument for a chord error that is not in (0, R).
+inline Polygon polygon(const Profile& profile, double chord_error)
+{
+  const std::vector<Node> nodes = chord_nodes(profile, chord_error);
   Polygon result;
-  const auto add = [&result](Point node, Face face) {
-    result.nodes.push_back(node);
-    result.faces.push_back(face);
-  };
-  for (int k = 0; k < std::max(liner.lifters(), 1); ++k) {
-    const Frame lifter(liner.lifter_angle(k)), groove(liner.groove_angle(k));
-    if (!plain) {
-      add(lifter.point({corner.radial, -corner.tangential}), Face::top);
-      add(lifter.point(corner), Face::leading);
+  for (int k = 0; k < profile.sectors(); ++k) {
+    const Frame frame(profile.sector_angle(k));
+    for (const Node& node : nodes) {
+      result.nodes.push_back(frame.point(node.point));
+      result.faces.push_back(node.face);
     }
-    for (int i = 0; i < count; ++i) {
-      const double angle = half_angle * (2 * i - count) / count;
-      add(groove.point({R * std::cos(angle), R * std::sin(angle)}), Face::groove);
-    }
-    if (!plain)
-      add(groove.point({R * std::cos(half_angle), R * std::sin(half_angle)}), Face::trailing);
   }
   return result;
 }

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/liner/liner.h"
-#include "core/liner/touches.h"
+#include "core/liner/contacts.h"
+#include "core/liner/profile.h"
 #include "core/math/constants.h"
 #include "core/measure/bed_arc.h"
 #include "core/measure/monitoring_box.h"
@@ -25,7 +25,7 @@ struct Ball {
 
 /// What is measured, besides the sums over all balls.
 struct Plan {
-  liner::Liner liner;
+  liner::Profile liner;
   double ball_radius;  ///< that sets the wall layer [m]
   double gravity;      ///< [m/s^2]
   double box_angle;    ///< polar angle of the middle of the monitoring box [rad]
@@ -43,19 +43,21 @@ struct Summary {
 
 /// Numbers of one pass over the balls: maxima first, then sums, so that the numbers of several
 /// ranks are merged by one rule. The *wall layer* is the ring of centres up to one ball diameter
-/// inside the lifter tops (the liner of a plain drum), cut into bins about one ball radius wide.
+/// inside the liner's smallest radius, that of the lifter tops, cut into bins about one ball radius
+/// wide.
 class ChargeSums {
  public:
   explicit ChargeSums(const Plan& plan)
       : plan_(plan),
-        top_(plan.liner.lifters() > 0 ? plan.liner.lifter_top_radius() : plan.liner.radius()),
+        finder_(plan.liner, plan.ball_radius),
+        top_(plan.liner.clear_radius()),
         bins_(bins_of_layer(top_, plan.ball_radius)),
         fixed_(plan.box_angle),
         rotating_(plan.box_angle),
         mill_at_rest_(0.0),
         numbers_(first_bin + bins_, 0.0)
   {
-    if (plan.liner.lifters() > 0) box_.emplace(plan.liner);
+    if (plan.liner.sectors() > 1) box_.emplace(plan.liner);
   }
 
   /// Forgets the balls; those that follow are in a mill at this angle [rad].
@@ -107,7 +109,7 @@ class ChargeSums {
   }
 
   /// Angle of a bin of the wall layer: the resolution of toe and shoulder [rad].
-  double resolution() const { return 2.0 * liner::pi / static_cast<double>(bins_); }
+  double resolution() const { return 2.0 * pi / static_cast<double>(bins_); }
 
   Summary summary() const
   {
@@ -157,7 +159,7 @@ class ChargeSums {
   {
     const double middle = std::max(top - ball_radius, ball_radius);
     return static_cast<std::size_t>(
-        std::max(8.0, std::round(2.0 * liner::pi * middle / ball_radius)));
+        std::max(8.0, std::round(2.0 * pi * middle / ball_radius)));
   }
 
   void raise(Number which, double value) { numbers_[which] = std::max(numbers_[which], value); }
@@ -169,16 +171,16 @@ class ChargeSums {
       if (box_->holds(rotating_.local(ball.centre))) numbers_[in_rotating] += ball.mass;
     }
     if (distance >= top_ - 2.0 * plan_.ball_radius && distance <= top_) {
-      const double turn = liner::polar_angle(ball.centre) / (2.0 * liner::pi);
+      const double turn = liner::polar_angle(ball.centre) / (2.0 * pi);
       const auto bin = static_cast<std::size_t>((turn + 0.5) * static_cast<double>(bins_));
       numbers_[first_bin + std::min(bin, bins_ - 1)] += ball.mass;
     }
     if (distance > top_ - ball.radius) {
       const liner::Local at_rest = mill_at_rest_.local(ball.centre);
-      const liner::Touches found =
-          liner::touches(plan_.liner, {-at_rest.tangential, -at_rest.radial}, ball.radius);
-      for (int t = 0; t < found.count; ++t)
-        raise(overlap_with_wall, found.touch[static_cast<std::size_t>(t)].overlap);
+      const liner::Contacts found =
+          finder_.contacts({-at_rest.tangential, -at_rest.radial}, ball.radius);
+      for (int c = 0; c < found.count; ++c)
+        raise(overlap_with_wall, found.contact[static_cast<std::size_t>(c)].overlap);
     }
   }
 
@@ -192,12 +194,13 @@ class ChargeSums {
     if (!bed) return;
     // Bin 0 begins at polar angle -pi, the top; from there the angle from the vertical falls.
     const auto end = static_cast<double>((bed->first + bed->count) % bins_);
-    s.shoulder = 2.0 * liner::pi - end * resolution();
-    if (s.shoulder > liner::pi) s.shoulder -= 2.0 * liner::pi;
+    s.shoulder = 2.0 * pi - end * resolution();
+    if (s.shoulder > pi) s.shoulder -= 2.0 * pi;
     s.toe = s.shoulder + static_cast<double>(bed->count) * resolution();
   }
 
   Plan plan_;
+  liner::ContactFinder finder_;
   double top_;
   std::size_t bins_;
   std::optional<MonitoringBox> box_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/liner/profile.h"
 #include "core/math/constants.h"
 #include "core/math/vector.h"
 
@@ -13,8 +14,7 @@ namespace millscale::detachment {
 struct MillFrame {
   Vector axis{0, 1, 0}, down{0, 0, -1}, origin{0, 0, 0};
   double radius = 0.0;  ///< at the liner [m]
-  int lifters = 0;      ///< 0: plain drum
-  double phase = 0.0;   ///< angle of groove 0 at rest, from the bottom [rad]
+  liner::Sectors sectors{};  ///< of the liner
 };
 
 /// A point of the cross-section in polar form.
@@ -47,15 +47,11 @@ inline double angle_from_vertical(double psi)
   return alpha > pi ? alpha - 2.0 * pi : alpha;
 }
 
-/// Groove the polar angle lies in, 0 .. lifters - 1; lifter k trails groove k and pushes its balls.
+/// Sector of the liner that a polar angle lies in; its lifter trails its groove and pushes its balls.
 /// A plain drum has the one sector 0.
 inline int sector(const MillFrame& mill, double psi, double mill_angle)
 {
-  if (mill.lifters == 0) return 0;
-  const double pitch = 2.0 * std::acos(-1.0) / mill.lifters;
-  const long k = std::lround((psi - mill_angle - mill.phase) / pitch);
-  const int n = mill.lifters;
-  return static_cast<int>(((k % n) + n) % n);
+  return mill.sectors.at(psi - mill_angle);
 }
 
 enum class State { on_wall = 1, in_bed = 2, in_flight = 3 };

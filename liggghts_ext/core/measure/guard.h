@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/liner/contacts.h"
 #include "core/liner/nearest.h"
-#include "core/liner/touches.h"
 #include "core/math/format.h"
 #include "core/math/vector.h"
 #include "core/similarity/operating_point.h"
@@ -72,9 +72,9 @@ struct Suspect {
 /// Looks at balls near the liner, and says where in the mill a point is.
 class WallGuard {
  public:
-  /// overlap_limit: of a ball and the wall, in ball radii.
-  WallGuard(const liner::Liner& liner, double overlap_limit)
-      : liner_(liner), touches_(liner), limit_(overlap_limit)
+  /// usual_radius: of the balls [m]; overlap_limit: of a ball and the wall, in ball radii.
+  WallGuard(const liner::Profile& profile, double usual_radius, double overlap_limit)
+      : finder_(profile, usual_radius), limit_(overlap_limit)
   {
   }
 
@@ -82,7 +82,7 @@ class WallGuard {
   /// beyond it; not so if this is no number.
   bool clear(double distance_squared, double radius) const
   {
-    const double reach = touches_.clear_radius() - radius;
+    const double reach = finder_.clear_radius() - radius;
     return reach > 0.0 && distance_squared < reach * reach;
   }
 
@@ -92,8 +92,8 @@ class WallGuard {
     const double square = p.x * p.x + p.z * p.z;
     if (clear(square, radius)) return std::nullopt;
     if (!std::isfinite(square)) return "has no finite position";
-    if (!liner::inside(liner_, p))
-      return "is outside the mill, its centre " + format(-liner::nearest(liner_, p).distance) +
+    if (!liner::inside(profile(), p))
+      return "is outside the mill, its centre " + format(-liner::nearest(profile(), p).distance) +
              " m beyond " + where(p);
     const double deepest = largest_overlap(p, radius);
     if (!(deepest > limit_ * radius)) return std::nullopt;
@@ -104,15 +104,15 @@ class WallGuard {
   /// Whether a point is beyond the liner or in the outer fifth of the mill.
   bool near(liner::Point p) const
   {
-    return !(p.x * p.x + p.z * p.z < 0.64 * liner_.radius() * liner_.radius());
+    return !(p.x * p.x + p.z * p.z < 0.64 * profile().radius() * profile().radius());
   }
 
   /// The part of the liner nearest to a point.
   std::string where(liner::Point p) const
   {
     if (!std::isfinite(p.x) || !std::isfinite(p.z)) return "an unknown wall";
-    const liner::Nearest nearest = liner::nearest(liner_, p);
-    if (liner_.lifters() == 0) return "the drum";
+    if (profile().is_drum()) return "the drum";
+    const liner::Nearest nearest = liner::nearest(profile(), p);
     const std::string number = " " + std::to_string(nearest.sector);
     switch (nearest.face) {
       case liner::Face::groove:
@@ -129,15 +129,16 @@ class WallGuard {
  private:
   double largest_overlap(liner::Point p, double radius) const
   {
-    const liner::Touches found = touches_.touches(p, radius);
+    const liner::Contacts found = finder_.contacts(p, radius);
     double deepest = 0.0;
-    for (int t = 0; t < found.count; ++t)
-      deepest = std::fmax(deepest, found.touch[static_cast<std::size_t>(t)].overlap);
+    for (int c = 0; c < found.count; ++c)
+      deepest = std::fmax(deepest, found.contact[static_cast<std::size_t>(c)].overlap);
     return deepest;
   }
 
-  liner::Liner liner_;
-  liner::TouchFinder touches_;
+  const liner::Profile& profile() const { return finder_.profile(); }
+
+  liner::ContactFinder finder_;
   double limit_;
 };
 

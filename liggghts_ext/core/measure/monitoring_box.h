@@ -1,27 +1,27 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 
 #include "core/liner/frame.h"
 #include "core/liner/groove_box.h"
 
 namespace millscale::charge {
 
-/// The box as large as the groove between two lifters, in the frame of its own middle: between two
-/// lines across, its sides straight. Shape and size are those of liner::groove_box.
+/// The box as large as a groove, or as a sector of a shape without lifters, in the frame of its own
+/// middle: between two lines across, its sides straight. Shape and size are those of
+/// liner::groove_box.
 class MonitoringBox {
  public:
   /// Throws std::invalid_argument for a plain drum, which has no groove.
-  explicit MonitoringBox(const liner::Liner& liner)
+  explicit MonitoringBox(const liner::Profile& liner)
   {
-    const liner::Frame middle(liner.groove_angle(0));
+    const liner::Frame middle(liner.sector_angle(0));
     const std::array<liner::Point, 4> corner = liner::groove_box(liner);
     const liner::Local outer = middle.local(corner[1]), inner = middle.local(corner[2]);
     outer_ = outer.radial;
     inner_ = inner.radial;
-    inner_half_ = inner.tangential;
-    slope_ = (outer.tangential - inner.tangential) / (outer_ - inner_);
+    low_ = Side(middle.local(corner[3]), middle.local(corner[0]));
+    high_ = Side(inner, outer);
   }
 
   /// No point closer to the axis is in the box [m].
@@ -33,11 +33,25 @@ class MonitoringBox {
   bool holds(liner::Local p) const
   {
     return p.radial >= inner_ && p.radial <= outer_ &&
-           std::abs(p.tangential) <= inner_half_ + slope_ * (p.radial - inner_);
+           p.tangential <= high_.inner + high_.slope * (p.radial - inner_) &&
+           p.tangential >= low_.inner + low_.slope * (p.radial - inner_);
   }
 
  private:
-  double inner_, outer_, inner_half_, slope_;
+  /// A side of the box: beside the middle [m], on the inner line and per distance from it.
+  struct Side {
+    double inner = 0.0, slope = 0.0;
+
+    Side() = default;
+    Side(liner::Local from, liner::Local to)
+        : inner(from.tangential),
+          slope((to.tangential - from.tangential) / (to.radial - from.radial))
+    {
+    }
+  };
+
+  double inner_, outer_;
+  Side low_, high_;
 };
 
 }  // namespace millscale::charge

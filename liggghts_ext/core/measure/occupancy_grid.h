@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/liner/frame.h"
-#include "core/liner/liner.h"
 #include "core/math/constants.h"
+#include "core/math/format.h"
 
 namespace millscale::charge {
 
@@ -55,7 +55,7 @@ class OccupancyGrid {
   void add(liner::Point centre, double radius)
   {
     if (!std::isfinite(centre.x + centre.z)) return;
-    const double turn = 0.5 - liner::polar_angle(centre) / (2.0 * liner::pi);
+    const double turn = 0.5 - liner::polar_angle(centre) / (2.0 * pi);
     const auto part = [](double share, std::size_t n) {
       return std::min(static_cast<std::size_t>(share * static_cast<double>(n)), n - 1);
     };
@@ -75,7 +75,7 @@ class OccupancyGrid {
                      double length) const
   {
     const std::size_t ring = index / cells_.sectors, sector = index % cells_.sectors;
-    const double width = 2.0 * liner::pi / static_cast<double>(cells_.sectors);
+    const double width = 2.0 * pi / static_cast<double>(cells_.sectors);
     const auto rings = static_cast<double>(cells_.rings);
     OccupancyCell c{static_cast<double>(ring) / rings, static_cast<double>(ring + 1) / rings,
                     static_cast<double>(sector) * width, static_cast<double>(sector + 1) * width,

@@ -14,8 +14,7 @@
 #include "core/math/constants.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
-#include "liggghts/wall/liner_arguments.h"
-#include "liggghts/wall/same_liner.h"
+#include "liggghts/wall/style_liner.h"
 
 using namespace LAMMPS_NS;
 namespace charge = millscale::charge;
@@ -70,14 +69,14 @@ void ComputeMillCharge::parse(int narg, char** arg, int first)
   millscale::ArgumentList list(narg, arg, first);
   while (!list.done()) {
     const std::string key = list.word("a keyword");
-    if (millscale::read_liner_keyword(key, list, widths_)) continue;
+    if (liner_arguments_.read(key, list)) continue;
     if (key == "mill")
       mill_id_ = list.word(key);
     else if (key == "box_angle")
       box_angle_ = list.number(key);
     else
       throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, " +
-                                  millscale::liner_keywords + ", box_angle");
+                                  millscale::LinerArguments::keywords + ", box_angle");
   }
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
@@ -87,11 +86,10 @@ void ComputeMillCharge::init()
 {
   try {
     mill_fix_ = mill_of(modify, mill_id_);
-    widths_.radius = mill_fix_->scaled().mill.radius;
+    liner_ = StyleLiner(modify, *mill_fix_).of(liner_arguments_);
     sums_ = std::make_unique<charge::ChargeSums>(
-        charge::Plan{liner::Liner(widths_), mill_fix_->scaled().mill.ball_radius,
-                     mill_fix_->gravity(), box_angle_.value_or(widths_.phase)});
-    LinerOfWalls(modify, mill_id_).require_same(widths_);
+        charge::Plan{*liner_, mill_fix_->scaled().mill.ball_radius, mill_fix_->gravity(),
+                     box_angle_.value_or(liner_->phase())});
   } catch (const std::invalid_argument& problem) {
     error->compute_error(FLERR, this, problem.what());
   }
@@ -226,7 +224,7 @@ void ComputeMillCharge::report_outside(double count)
         "%.0f balls outside the liner at step " BIGINT_FORMAT
         ": id %d with its centre at (%.6g, %.6g, %.6g) m, %.6g m from the axis, where the "
         "liner's radius is %.6g m; reduce the time step, or look for large overlaps",
-        count, update->ntimestep, atom->tag[i], x[0], x[1], x[2], liner::length(p), widths_.radius);
+        count, update->ntimestep, atom->tag[i], x[0], x[1], x[2], liner::length(p), liner_->radius());
   }
   MPI_Allreduce(MPI_IN_PLACE, &owner, 1, MPI_INT, MPI_MIN, world);
   MPI_Bcast(message, sizeof message, MPI_CHAR, owner, world);

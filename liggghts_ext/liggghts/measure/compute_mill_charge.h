@@ -11,6 +11,7 @@
 #include "core/math/vector.h"
 #include "core/measure/charge_sums.h"
 #include "core/measure/overlap_search.h"
+#include "liggghts/mill/liner_arguments.h"
 
 namespace LAMMPS_NS {
 
@@ -40,7 +41,8 @@ class ComputeMillCharge : public Compute {
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
-  millscale::liner::Widths widths_;
+  millscale::LinerArguments liner_arguments_;
+  std::shared_ptr<const millscale::liner::Profile> liner_;
   std::optional<double> box_angle_;
   std::unique_ptr<millscale::charge::ChargeSums> sums_;
   millscale::charge::OverlapSearch search_;

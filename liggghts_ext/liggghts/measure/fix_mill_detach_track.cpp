@@ -17,11 +17,10 @@
 #include "tri_mesh.h"
 #include "update.h"
 
-#include "core/liner/liner.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
-#include "liggghts/wall/same_liner.h"
+#include "liggghts/wall/style_liner.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -43,9 +42,10 @@ Record& record_in(double* row)
   return *std::launder(reinterpret_cast<Record*>(row));
 }
 
-/// Whether a wall triangle belongs to the groove: it lies in the outer half of the lifter's height
+/// Whether a wall triangle belongs to the groove: it lies in the outer half of the liner's height
 /// and faces the axis more than it faces along the circumference.
-bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill, double lifter_top)
+bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill,
+               double inner_radius)
 {
   Vector node[3], edge[2], centre{};
   for (int n = 0; n < 3; ++n) {
@@ -62,7 +62,7 @@ bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill, d
   const double radius = std::sqrt(millscale::dot(radial, radial));
   const double facing = std::abs(millscale::dot(normal, radial)) /
                         (radius * std::sqrt(millscale::dot(normal, normal)));
-  return radius > 0.5 * (mill.radius + lifter_top) && facing > std::sqrt(0.5);
+  return radius > 0.5 * (mill.radius + inner_radius) && facing > std::sqrt(0.5);
 }
 
 }  // namespace
@@ -90,11 +90,11 @@ void FixMillDetachTrack::parse(int narg, char** arg)
     if (key == "mill")
       mill_id_ = list.word(key);
     else if (key == "lifters")
-      mill_.lifters = list.count(key, millscale::liner::most_lifters);
+      lifters_ = list.count(key, millscale::liner::most_sectors);
     else if (key == "lifter_top_radius")
       lifter_top_radius_ = list.positive(key);
     else if (key == "phase")
-      mill_.phase = list.number(key);
+      phase_ = list.number(key);
     else if (key == "gap")
       gap_ = list.positive(key);
     else if (key == "force_tolerance")
@@ -106,7 +106,8 @@ void FixMillDetachTrack::parse(int narg, char** arg)
   }
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
-  if (mill_.lifters > 0 && lifter_top_radius_ == 0.0)
+  liner_given_ = lifters_ > 0 || lifter_top_radius_ > 0.0 || phase_ != 0.0;
+  if (lifters_ > 0 && lifter_top_radius_ == 0.0)
     throw std::invalid_argument("lifter_top_radius: needed [m] where lifters is > 0");
 }
 
@@ -129,19 +130,29 @@ void FixMillDetachTrack::init()
   mill_.down = mill_fix_->down();
   mill_.origin = mill_fix_->origin();
   mill_.radius = mill_fix_->scaled().mill.radius;
-  if (lifter_top_radius_ >= mill_.radius) {
-    const std::string message = "lifter_top_radius: must be below the scaled mill's radius " +
-                                millscale::format(mill_.radius) + " m, got " +
-                                millscale::format(lifter_top_radius_) + " m";
-    error->fix_error(FLERR, this, message.c_str());
-  }
   try {
-    LinerOfWalls(modify, mill_id_)
-        .require_same_lifters(
-            {mill_.radius, lifter_top_radius_, 0.0, 0.0, mill_.lifters, mill_.phase});
+    take_liner();
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
+}
+
+/// From the mill, or in decks of before from the arguments.
+void FixMillDetachTrack::take_liner()
+{
+  if (lifter_top_radius_ >= mill_.radius)
+    throw std::invalid_argument("lifter_top_radius: must be below the scaled mill's radius " +
+                                millscale::format(mill_.radius) + " m, got " +
+                                millscale::format(lifter_top_radius_) + " m");
+  if (liner_given_ || !mill_fix_->states_liner())
+    StyleLiner(modify, *mill_fix_)
+        .require_same_lifters({mill_.radius, lifter_top_radius_, 0.0, 0.0, lifters_, phase_});
+  mill_.sectors = {std::max(lifters_, 1), phase_};
+  inner_radius_ = lifter_top_radius_;
+  if (!mill_fix_->states_liner()) return;
+  const millscale::liner::Profile& profile = *mill_fix_->liner();
+  mill_.sectors = {profile.sectors(), profile.phase()};
+  inner_radius_ = profile.is_drum() ? 0.0 : profile.clear_radius();
 }
 
 void FixMillDetachTrack::end_of_step()
@@ -217,7 +228,7 @@ void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record&
 bool FixMillDetachTrack::looks_at_carriers() const
 {
   const double pi = std::acos(-1.0);
-  const double interval = 2.0 * pi / (25.0 * std::max(mill_.lifters, 1));
+  const double interval = 2.0 * pi / (25.0 * mill_.sectors.count);
   const double angle = mill_fix_->mill_angle();
   const double before = angle - mill_fix_->speed_now() * update->dt;
   return std::floor(angle / interval) != std::floor(before / interval);
@@ -234,7 +245,7 @@ signed char FixMillDetachTrack::mesh_contacts(int i) const
       if (id < 0) continue;
       marks |= on_wall | in_contact;
       const int triangle = fix->triMesh()->map(id, 0);
-      if (triangle >= 0 && is_groove(*fix->triMesh(), triangle, mill_, lifter_top_radius_))
+      if (triangle >= 0 && is_groove(*fix->triMesh(), triangle, mill_, inner_radius_))
         marks |= on_groove;
     }
   }

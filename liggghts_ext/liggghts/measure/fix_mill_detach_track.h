@@ -41,6 +41,7 @@ class FixMillDetachTrack : public FixPerBallRows {
 
  private:
   void parse(int narg, char** arg);
+  void take_liner();
   void observe_all();
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
   bool looks_at_carriers() const;
@@ -52,7 +53,10 @@ class FixMillDetachTrack : public FixPerBallRows {
   FixMillSimilarity* mill_fix_ = nullptr;
   std::vector<FixWallMill*> analytic_walls_;
   millscale::detachment::MillFrame mill_;
-  double lifter_top_radius_ = 0.0;
+  bool liner_given_ = false;  ///< in the arguments, which follow
+  int lifters_ = 0;
+  double lifter_top_radius_ = 0.0, phase_ = 0.0;
+  double inner_radius_ = 0.0;  ///< of the liner; 0: a plain drum [m]
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;

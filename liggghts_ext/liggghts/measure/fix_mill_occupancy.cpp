@@ -31,7 +31,7 @@ FixMillOccupancy::FixMillOccupancy(LAMMPS* lmp, int narg, char** arg) : Fix(lmp,
     const auto& mill = mill_fix_->scaled().mill;
     grid_ = std::make_unique<charge::OccupancyGrid>(
         charge::PolarCells{static_cast<std::size_t>(rings_), static_cast<std::size_t>(sectors_),
-                           mill.radius - mill.ball_radius});
+                           mill_fix_->liner()->radius() - mill.ball_radius});
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 
@@ -16,13 +17,16 @@
 #include "tri_mesh.h"
 #include "update.h"
 
+#include "core/liner/profile_file.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/common/one_per_ball.h"
+#include "liggghts/mill/liner_arguments.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
 using millscale::format;
 using millscale::Vector;
+namespace liner = millscale::liner;
 namespace similarity = millscale::similarity;
 
 namespace {
@@ -48,12 +52,25 @@ enum Published {
 };
 constexpr int published_size = mesh_wobble;
 
+liner::Profile profile_in(const std::string& file)
+{
+  std::ifstream in(file);
+  if (!in) throw std::invalid_argument("profile: cannot open '" + file + "'");
+  try {
+    return liner::read_profile(in);
+  } catch (const std::invalid_argument& problem) {
+    throw std::invalid_argument("profile: file '" + file + "': " + problem.what());
+  }
+}
+
 }  // namespace
 
 struct FixMillSimilarity::Arguments {
   millscale::ArgumentList list;
   similarity::OperatingPoint physical{};
   similarity::ScalingRequest request;
+  millscale::LinerArguments liner;
+  std::string profile_file;
 };
 
 FixMillSimilarity::FixMillSimilarity(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
@@ -85,7 +102,7 @@ void FixMillSimilarity::fail(const std::string& message)
 
 void FixMillSimilarity::parse(int narg, char** arg)
 {
-  Arguments a{{narg, arg, 3}, {}, {}};
+  Arguments a{{narg, arg, 3}, {}, {}, {}, {}};
   while (!a.list.done()) parse_option(a);
   const similarity::OperatingPoint& mill = a.physical;
   if (mill.radius == 0.0 || mill.gravity == 0.0 || mill.omega == 0.0 || mill.ball_radius == 0.0)
@@ -94,13 +111,38 @@ void FixMillSimilarity::parse(int narg, char** arg)
   normalise_directions();
   scaled_ = similarity::scale(mill, a.request);
   physical_radius_ = mill.radius;
+  make_liner(a);
   check_meshes();
+}
+
+/// The deck states the liner of the scaled mill.
+void FixMillSimilarity::make_liner(const Arguments& a)
+{
+  const double radius = scaled_.mill.radius;
+  states_liner_ = a.liner.given() || !a.profile_file.empty();
+  if (a.profile_file.empty()) {
+    widths_ = a.liner.widths(radius);
+    liner_ = std::make_shared<const liner::Lifters>(*widths_);
+    return;
+  }
+  if (a.liner.given())
+    throw std::invalid_argument(
+        std::string("profile: the liner is stated twice; give either a file or ") +
+        millscale::LinerArguments::keywords);
+  liner_ = std::make_shared<const liner::Profile>(profile_in(a.profile_file));
+  if (std::abs(liner_->radius() - radius) > 1e-9 * radius)
+    throw std::invalid_argument("profile: the liner in '" + a.profile_file + "' has a radius of " +
+                                format(liner_->radius()) + " m, the scaled mill of " +
+                                format(radius) + " m; give the liner of the scaled mill");
 }
 
 void FixMillSimilarity::parse_option(Arguments& a)
 {
   const std::string key = a.list.word("a keyword");
-  if (key == "radius")
+  if (a.liner.read(key, a.list)) return;
+  if (key == "profile")
+    a.profile_file = a.list.word(key);
+  else if (key == "radius")
     a.physical.radius = a.list.number(key);
   else if (key == "gravity")
     a.physical.gravity = a.list.number(key);
@@ -137,7 +179,8 @@ void FixMillSimilarity::parse_option(Arguments& a)
     throw std::invalid_argument(
         "unknown keyword '" + key +
         "'; accepted are radius, gravity, omega, ball_radius, scale, scheme, "
-        "time_factor, policy, axis, down, origin, start, mesh, centrifuging");
+        "time_factor, policy, axis, down, origin, start, mesh, centrifuging, profile, " +
+        millscale::LinerArguments::keywords);
 }
 
 void FixMillSimilarity::normalise_directions()

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "fix.h"
 
+#include "core/liner/lifters.h"
 #include "core/math/vector.h"
 #include "core/similarity/law.h"
 #include "core/similarity/rotation.h"
@@ -13,8 +16,9 @@ namespace LAMMPS_NS {
 
 class FixMeshSurface;
 
-/// Derives the scaled mill's gravity and speed from the physical mill, applies that gravity and
-/// turns the given wall meshes. Arguments and f_ID[k]: docs/reference/styles.md.
+/// Derives the scaled mill's gravity and speed from the physical mill. Applies that gravity, turns
+/// the given wall meshes and hands the liner of the scaled mill to the styles that need it. Arguments and
+/// f_ID[k]: docs/reference/styles.md.
 class FixMillSimilarity : public Fix {
  public:
   FixMillSimilarity(class LAMMPS*, int, char**);
@@ -33,6 +37,12 @@ class FixMillSimilarity : public Fix {
   void restart(char*) override;
 
   const millscale::similarity::ScaledMill& scaled() const { return scaled_; }
+  /// Cross-section of the scaled mill's liner; a plain drum if the deck states none.
+  const std::shared_ptr<const millscale::liner::Profile>& liner() const { return liner_; }
+  /// Whether the deck states the liner here, and not (as older decks) in each style.
+  bool states_liner() const { return states_liner_; }
+  /// Widths of the scaled mill's lifters; none of a liner by a profile file.
+  const std::optional<millscale::liner::Widths>& widths() const { return widths_; }
   double mill_angle() const;
   double mill_time() const;
   double speed_now() const;
@@ -52,6 +62,7 @@ class FixMillSimilarity : public Fix {
   struct Arguments;
   void parse(int narg, char** arg);
   void parse_option(Arguments&);
+  void make_liner(const Arguments&);
   void normalise_directions();
   void find_mesh(const std::string& id);
   void continue_rotation(const millscale::similarity::Rotation& before);
@@ -69,6 +80,10 @@ class FixMillSimilarity : public Fix {
   millscale::similarity::ScaledMill scaled_{};
   millscale::similarity::Rotation rotation_;
   bool starts_at_creation_ = true;
+
+  std::shared_ptr<const millscale::liner::Profile> liner_;
+  std::optional<millscale::liner::Widths> widths_;
+  bool states_liner_ = false;
 
   millscale::Vector axis_{0, 1, 0}, down_{0, 0, -1}, origin_{0, 0, 0};
   double physical_radius_ = 0.0;  ///< [m]

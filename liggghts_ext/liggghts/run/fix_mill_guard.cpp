@@ -25,8 +25,7 @@
 #include "liggghts/common/first_fix.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
-#include "liggghts/wall/liner_arguments.h"
-#include "liggghts/wall/same_liner.h"
+#include "liggghts/wall/style_liner.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -73,7 +72,7 @@ void FixMillGuard::parse(int narg, char** arg)
   millscale::ArgumentList list(narg, arg, 3);
   while (!list.done()) {
     const std::string key = list.word("a keyword");
-    if (millscale::read_liner_keyword(key, list, widths_)) continue;
+    if (liner_arguments_.read(key, list)) continue;
     if (key == "mill")
       mill_id_ = list.word(key);
     else if (key == "every")
@@ -85,7 +84,7 @@ void FixMillGuard::parse(int narg, char** arg)
     else
       throw std::invalid_argument("unknown keyword '" + key +
                                   "'; accepted are mill, every, overlap, speed, " +
-                                  millscale::liner_keywords);
+                                  millscale::LinerArguments::keywords);
   }
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
@@ -102,12 +101,11 @@ void FixMillGuard::init()
   try {
     mill_fix_ = mill_of(modify, mill_id_);
     const auto& mill = mill_fix_->scaled().mill;
-    widths_.radius = mill.radius;
     speeds_every_ = mill_fix_->meshes().empty() ? speeds_every : speeds_every_with_mesh;
     across_ = millscale::cross(mill_fix_->axis(), mill_fix_->down());
     speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);
-    wall_ = std::make_unique<charge::WallGuard>(liner::Liner(widths_), overlap_limit_);
-    LinerOfWalls(modify, mill_id_).require_same(widths_);
+    wall_ = std::make_unique<charge::WallGuard>(
+        *StyleLiner(modify, *mill_fix_).of(liner_arguments_), mill.ball_radius, overlap_limit_);
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }

@@ -7,6 +7,7 @@
 #include "fix.h"
 
 #include "core/measure/guard.h"
+#include "liggghts/mill/liner_arguments.h"
 
 namespace LAMMPS_NS {
 
@@ -42,7 +43,7 @@ class FixMillGuard : public Fix {
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
-  millscale::liner::Widths widths_;
+  millscale::LinerArguments liner_arguments_;
   int every_, speeds_every_ = 1;  ///< steps between two looks
   double overlap_limit_;
   double speed_ = 0.0;        ///< asked for [m/s]; 0: derived from the mill

@@ -15,6 +15,7 @@
 #include "core/contact/contact_energy.h"
 #include "core/contact/damping_limit.h"
 #include "core/liner/groove_box.h"
+#include "core/liner/nearest.h"
 #include "liggghts/common/argument_list.h"
 #include "liggghts/common/contact_laws.h"
 #include "liggghts/common/first_fix.h"
@@ -23,7 +24,7 @@
 #include "liggghts/mill/fix_mill_similarity.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/pair/fix_contact_damping.h"
-#include "liggghts/wall/liner_arguments.h"
+#include "liggghts/wall/style_liner.h"
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
@@ -34,23 +35,23 @@ using millscale::Vector;
 
 namespace {
 
-constexpr int slots = 5;      // groove, two lifters, two ends
+constexpr int slots = liner::Contacts::most + 2;  // liner, two ends
 constexpr int slot_size = 4;  // key, tangential displacement
 constexpr int memory_size = slots * slot_size;
 
 constexpr std::size_t ahead = 4;  // balls to fetch while one is looked at
 
-/// Names a surface, so that a touch finds its memory again; 0 is no touch. A lifter's faces, edges
-/// and top are one surface: a ball touches it at one point, which moves around the edges.
-double key_of(const liner::Touch& touch)
+/// Key of a surface, by which a contact finds its history again; 0 is no contact. A lifter's faces,
+/// edges and top are one surface: a ball has one contact with it, which moves around the edges.
+double key_of(const liner::Contact& contact)
 {
-  return (touch.face == liner::Face::groove ? 1.0 : 2.0) + 2.0 * touch.sector;
+  return 1.0 + contact.surface;
 }
 constexpr double lower_end = -1.0, upper_end = -2.0;
 
-bool is_groove(double key)
+bool is_groove(const liner::Profile& profile, double key)
 {
-  return key > 0.0 && std::fmod(key, 2.0) == 1.0;
+  return key > 0.0 && profile.is_groove(static_cast<int>(key) - 1);
 }
 
 /// Bits of what a ball touches.
@@ -98,7 +99,7 @@ void FixWallMill::parse(int narg, char** arg)
 
 void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList& list)
 {
-  if (millscale::read_liner_keyword(key, list, widths_)) return;
+  if (liner_arguments_.read(key, list)) return;
   if (key == "mill")
     mill_id_ = list.word(key);
   else if (key == "type")
@@ -117,18 +118,22 @@ void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList&
     terms_.limited_damping = list.choice(key, "bounded", "on");
   else
     throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, type, " +
-                                millscale::liner_keywords +
+                                millscale::LinerArguments::keywords +
                                 ", groove, ends, end_motion, rolling_friction, "
                                 "tangential_damping");
 }
 
-void FixWallMill::make_liner()
+liner::Widths FixWallMill::widths() const
+{
+  return liner_arguments_.widths(mill_of(modify, mill_id_)->scaled().mill.radius);
+}
+
+void FixWallMill::take_liner()
 {
   mill_fix_ = mill_of(modify, mill_id_);
-  widths_.radius = mill_fix_->scaled().mill.radius;
-  liner_ = std::make_unique<liner::Liner>(widths_);
-  chords_ = chord_error_ > 0.0 ? liner::wall_chords(*liner_, chord_error_) : liner::GrooveChords{};
-  touches_of_ = std::make_unique<liner::TouchFinder>(*liner_, chords_);
+  liner_ = StyleLiner(modify, *mill_fix_).of_wall(liner_arguments_);
+  if (chord_error_ > 0.0)
+    liner_ = std::make_shared<const liner::Profile>(liner::wall_profile(*liner_, chord_error_));
 }
 
 int FixWallMill::setmask()
@@ -140,9 +145,12 @@ void FixWallMill::init()
 {
   try {
     require_one_per_ball(*this, modify, atom, group, world);
-    make_liner();
+    take_liner();
     check_box();
-    check_balls_fit();
+    const double largest = largest_ball();
+    check_balls_fit(largest);
+    finder_ = std::make_unique<liner::ContactFinder>(
+        *liner_, largest > 0.0 ? largest : mill_fix_->scaled().mill.ball_radius);
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
     // Made by the pair style, whose init comes before.
@@ -228,7 +236,7 @@ void FixWallMill::find_near(const MillNow& mill)
   const double margin = engine_watches ? 0.5 * neighbor->skin : 0.0;
   const double low = ends_ ? ends_->low + margin : -INFINITY;
   const double high = ends_ ? ends_->high - margin : INFINITY;
-  const double clear = touches_of_->clear_radius() - margin;
+  const double clear = liner_->clear_radius() - margin;
   near_.clear();
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* x = atom->x[i];
@@ -247,7 +255,7 @@ void FixWallMill::count_touching()
   touching_.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; ++i)
     for (int s = 0; s < slots && row(i)[s * slot_size] != 0.0; ++s)
-      touching_[i] |= is_groove(row(i)[s * slot_size]) ? on_groove : on_wall;
+      touching_[i] |= is_groove(*liner_, row(i)[s * slot_size]) ? on_groove : on_wall;
 }
 
 /// Where a ball touches liner and ends, no more contacts than slots.
@@ -281,7 +289,7 @@ void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
   near.along = along;
   Contacts found;
   touch_liner(mill, near, radius, found);
-  near.clear = near.look.clear;
+  near.clear = near.last.clear;
   if (ends_) touch_ends(mill, near, radius, found);
   if (found.count > 0) near.clear = 0.0;
   if (found.count > 0 || touching_[i] != 0) press_all(i, mill, arm, found, dt);
@@ -289,9 +297,9 @@ void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
 
 void FixWallMill::touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const
 {
-  const liner::Touches touches = touches_of_->touches(near.seen, radius, near.look);
-  for (int t = 0; t < touches.count; ++t) {
-    const liner::Touch& touch = touches.touch[t];
+  const liner::Contacts contacts = finder_->contacts(near.seen, radius, near.last);
+  for (int c = 0; c < contacts.count; ++c) {
+    const liner::Contact& touch = contacts.contact[c];
     const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
     const double n_below = touch.normal.x * mill.sine - touch.normal.z * mill.cosine;
     Contact contact{touch.overlap, {}, key_of(touch), true};
@@ -328,7 +336,7 @@ void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Conta
     if (ledger_) found.contact[c].met = holds(key, memory);
     press(i, mill, arm, found.contact[c], dt, displacement, share);
     next[c * slot_size] = key;
-    touching_[i] |= is_groove(key) ? on_groove : on_wall;
+    touching_[i] |= is_groove(*liner_, key) ? on_groove : on_wall;
     std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
   }
   std::copy(next, next + memory_size, memory);
@@ -431,22 +439,26 @@ void FixWallMill::check_box() const
   }
 }
 
-/// The largest ball of all ranks has room in groove, drum and between the ends.
-void FixWallMill::check_balls_fit() const
+/// Radius of the largest ball of all ranks [m].
+double FixWallMill::largest_ball() const
 {
   double largest = 0.0;
   for (int i = 0; i < atom->nlocal; ++i)
     if (atom->mask[i] & groupbit) largest = std::max(largest, atom->radius[i]);
   MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, world);
+  return largest;
+}
+
+/// The largest ball has room in groove, drum and between the ends.
+void FixWallMill::check_balls_fit(double largest) const
+{
   const auto require = [largest](double widest, const std::string& where) {
     if (largest >= widest)
       throw std::invalid_argument("balls of radius " + format(largest) + " m do not fit: " + where +
                                   " takes less than " + format(widest) + " m");
   };
-  if (liner_->lifters() > 0)
-    require(0.5 * liner::narrowest_groove_width(*liner_), "the groove of the liner");
-  else
-    require(touches_of_->clear_radius(), "the drum");
+  require(0.5 * liner::narrowest_width(*liner_),
+          liner_->sectors() > 1 ? "the groove of the liner" : "the drum");
   if (ends_ && 2.0 * largest > ends_->high - ends_->low)
     throw std::invalid_argument("balls of radius " + format(largest) +
                                 " m do not fit between the ends, " +

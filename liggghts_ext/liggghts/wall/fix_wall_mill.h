@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "core/contact/contact_force.h"
+#include "core/liner/contacts.h"
 #include "core/liner/end_walls.h"
-#include "core/liner/touches.h"
 #include "liggghts/common/fix_per_ball_rows.h"
+#include "liggghts/mill/liner_arguments.h"
 
 namespace millscale {
 class ArgumentList;
@@ -34,7 +35,8 @@ class FixWallMill : public FixPerBallRows {
   double compute_vector(int) override;
 
   const std::string& mill_id() const { return mill_id_; }
-  const millscale::liner::Widths& widths() const { return widths_; }
+  /// Liner that the wall's own arguments state, if the mill states none.
+  millscale::liner::Widths widths() const;
   bool has_ends() const { return ends_.has_value(); }
 
   /// Torque on what turns with the mill about its origin at the last evaluation of the forces, this
@@ -65,7 +67,7 @@ class FixWallMill : public FixPerBallRows {
   /// A ball that may touch before the next neighbour list, and what is known of it.
   struct Near {
     int ball;
-    millscale::liner::Look look;
+    millscale::liner::LastSearch last;
     millscale::liner::Point seen;  ///< centre at the last look, in the mill at rest
     double along;                  ///< and on the axis [m]
     double clear;                  ///< way from there that ends in no touch, ends included [m]
@@ -73,9 +75,10 @@ class FixWallMill : public FixPerBallRows {
 
   void parse(int narg, char** arg);
   void parse_keyword(const std::string& key, millscale::ArgumentList& list);
-  void make_liner();
+  void take_liner();
   void check_box() const;
-  void check_balls_fit() const;
+  double largest_ball() const;
+  void check_balls_fit(double largest) const;
   void check_balls_are_inside() const;
   void read_materials();
   MillNow mill_now() const;
@@ -97,11 +100,10 @@ class FixWallMill : public FixPerBallRows {
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
   FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
-  millscale::liner::Widths widths_;
-  std::unique_ptr<millscale::liner::Liner> liner_;
+  millscale::LinerArguments liner_arguments_;
   double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
-  millscale::liner::GrooveChords chords_;
-  std::unique_ptr<millscale::liner::TouchFinder> touches_of_;
+  std::shared_ptr<const millscale::liner::Profile> liner_;  ///< exact, or with the chords
+  std::unique_ptr<millscale::liner::ContactFinder> finder_;
   std::optional<millscale::liner::EndWalls> ends_;
   bool ends_turn_ = true;
   int wall_type_ = 0;

@@ -16,8 +16,8 @@ from millscale.engine.deck_run import find_engine, mpirun_line
 from millscale.engine.log import loop_timing
 from millscale.errors import CampaignError
 from millscale.mesh import curvature_deg
-from millscale.packing.charge import liner_of
 from millscale.runs.case_file import Case
+from millscale.runs.liner import liner_of
 from millscale.runs.writing import write_text
 
 DECKS = Path(__file__).parent / "decks"
@@ -158,5 +158,5 @@ def _curvature(case: Case) -> float:
     """Return `curvature` for the mesh of a case [degrees], also of one with an analytic wall."""
     wall, length = case.wall, case.mill.simulated_length_m
     return curvature_deg(
-        panels_of(liner_of(case), length, wall.chord_error_m, wall.axial_divisions)
+        panels_of(liner_of(case.mill), length, wall.chord_error_m, wall.axial_divisions)
     )

@@ -12,8 +12,8 @@ from millscale.bench.running import engine_output, finish_campaign
 from millscale.bench.state import STATE_FILE, State, write_data
 from millscale.engine.deck_run import find_engine
 from millscale.mesh import build_liner_mesh, write_stl
-from millscale.packing.charge import liner_of
 from millscale.runs.case_file import load_case
+from millscale.runs.liner import liner_of
 from millscale.runs.untrusted import read_object
 from millscale.runs.writing import write_json
 
@@ -94,7 +94,7 @@ def _write_state(case_folder: Path) -> None:
     balls = write_data(dump, box, case_folder / STATE_FILE)
     dump.unlink()
     surface = build_liner_mesh(
-        liner_of(case), box[1], case.wall.chord_error_m, case.wall.axial_divisions
+        liner_of(case.mill), box[1], case.wall.chord_error_m, case.wall.axial_divisions
     )
     write_stl(case_folder / "liner.stl", surface)
     write_json(case_folder / "state.json", {"mill_angle_rad": float(angle[-1]), "balls": balls})

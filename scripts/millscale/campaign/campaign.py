@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from millscale import _core
 from millscale.campaign.contacts import ContactOptions
 from millscale.runs.case_file import Kind, WallKind
 
@@ -22,7 +23,7 @@ class Mill:
 
 @dataclass(frozen=True)
 class LinerShape:
-    """Cross-section of the physical mill's liner; groove_width or face_angle is None."""
+    """Lifters of the physical mill's liner; groove_width or face_angle is None."""
 
     lifters: int
     lifter_top_radius: float
@@ -30,6 +31,30 @@ class LinerShape:
     groove_width: float | None
     face_angle: float | None
     phase: float
+
+    def profile(self, radius: float) -> _core.Profile:
+        """Return the liner of the physical mill of a radius [m].
+
+        Raises:
+            ValueError: no such liner exists.
+        """
+        if self.face_angle is not None:
+            return _core.Lifters.from_face_angle(
+                radius,
+                self.lifter_top_radius,
+                self.lifter_top_width,
+                self.face_angle,
+                self.lifters,
+                self.phase,
+            )
+        return _core.Lifters(
+            radius,
+            self.lifter_top_radius,
+            self.lifter_top_width,
+            self.groove_width,
+            self.lifters,
+            self.phase,
+        )
 
 
 @dataclass(frozen=True)

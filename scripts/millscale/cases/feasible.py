@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from millscale import _core
 from millscale.campaign.campaign import Campaign
 from millscale.campaign.parts import settling_time
 from millscale.cases.law import Model, scaled_liner
@@ -43,26 +42,14 @@ def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
     ]
 
 
-def narrowest_groove(liner: _core.Liner) -> float:
-    """Width of a groove where it is narrowest, at its foot or between the lifter tops [m].
-
-    The mouth is 2 (r sin(p / 2) - D1 / 2 cos(p / 2)) wide, p being the pitch: the top corners lie
-    at r along and D1 / 2 beside the centre line of their lifter.
-    """
-    half_pitch = 0.5 * liner.pitch
-    mouth = 2.0 * liner.lifter_top_radius * math.sin(half_pitch)
-    mouth -= liner.lifter_top_width * math.cos(half_pitch)
-    return min(liner.groove_width, mouth)
-
-
 def _grooves(campaign: Campaign, model: Model) -> list[str]:
     """`fix wall/mill` finds at most three contacts of a ball, those of one groove; on a mesh a ball
     that is too wide for it lies on two lifters."""
     liner = model.liner
-    if liner.lifters == 0:
+    if liner.sectors == 1:
         return []
     diameter = 2.0 * _largest_radius(campaign, model)
-    width = narrowest_groove(liner)
+    width = liner.narrowest_width
     if diameter < width:
         return []
     if campaign.wall.kind == "mesh":
@@ -85,7 +72,7 @@ def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
 
     def fits(S: float) -> bool:
         try:
-            return diameter < narrowest_groove(scaled_liner(campaign, model.policy, S))
+            return diameter < scaled_liner(campaign, model.policy, S).narrowest_width
         except ValueError:
             return False
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from millscale import _core
-from millscale.campaign.campaign import Campaign, LinerShape, Study
+from millscale.campaign.campaign import Campaign, Study
 from millscale.campaign.keys import POLICIES, SCHEMES
 from millscale.errors import CampaignError
 
@@ -20,7 +20,7 @@ class Model:
         index: position of its S in the study's list.
         scheme, policy, S, time_factor: request to the law; time_factor 0 but for scheme froude.
         scaled: _core.ScaledMill, the operating point and the factors.
-        liner: _core.Liner of the scaled mill.
+        liner: _core.Profile of the scaled mill.
         length: length of the scaled mill along the axis [m].
         simulated_length: periodic length simulated, shorter if a slice is taken [m].
         youngs_modulus: of balls and wall in this model [Pa].
@@ -33,7 +33,7 @@ class Model:
     S: float
     time_factor: float
     scaled: _core.ScaledMill
-    liner: _core.Liner
+    liner: _core.Profile
     length: float
     simulated_length: float
     youngs_modulus: float
@@ -50,36 +50,19 @@ def physical_mill(campaign: Campaign) -> _core.OperatingPoint:
     return _core.OperatingPoint(mill.radius, campaign.ball.radius, mill.gravity, mill.omega)
 
 
-def physical_liner(campaign: Campaign) -> _core.Liner:
+def physical_liner(campaign: Campaign) -> _core.Profile:
     """Liner of the physical mill.
 
     Raises:
         CampaignError: no such liner exists.
     """
-    shape: LinerShape = campaign.liner
     try:
-        if shape.face_angle is not None:
-            return _core.Liner.from_face_angle(
-                campaign.mill.radius,
-                shape.lifter_top_radius,
-                shape.lifter_top_width,
-                shape.face_angle,
-                shape.lifters,
-                shape.phase,
-            )
-        return _core.Liner(
-            campaign.mill.radius,
-            shape.lifter_top_radius,
-            shape.lifter_top_width,
-            shape.groove_width,
-            shape.lifters,
-            shape.phase,
-        )
+        return campaign.liner.profile(campaign.mill.radius)
     except ValueError as cause:
         raise CampaignError(campaign.file, "liner", f"impossible liner: {cause}") from None
 
 
-def scaled_liner(campaign: Campaign, policy: str, S: float) -> _core.Liner:
+def scaled_liner(campaign: Campaign, policy: str, S: float) -> _core.Profile:
     """Liner of a scaled mill.
 
     Raises:

@@ -7,11 +7,13 @@ from pathlib import Path
 from msgspec import to_builtins
 
 from millscale.engine.material_block import HARD_ABOVE, SOFT_BELOW, yes_or_no
-from millscale.runs.case_file import Case, Material, Wall
+from millscale.runs.case_file import Case, Material, Mill, Wall
+from millscale.runs.liner import liner_of
 from millscale.runs.writing import write_text
 
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
+PROFILE_FILE = "liner_profile.csv"
 
 
 def parameters(case: Case) -> dict[str, float | int | str]:
@@ -41,12 +43,8 @@ def parameters(case: Case) -> dict[str, float | int | str]:
         **to_builtins(case.deck),
         "mill_radius": mill.radius_m,
         "wall": case.wall.kind,
-        "shape": "lifters" if mill.lifters else "drum",
-        "lifter_top_radius": mill.lifter_top_radius_m,
-        "lifter_top_width": mill.lifter_top_width_m,
-        "groove_width": mill.groove_width_m,
         "lifters": mill.lifters,
-        "phase": mill.phase_rad,
+        "liner_shape": _liner_shape(mill),
         "length": mill.simulated_length_m,
         "half_box": case.domain.half_box_m,
         "skin": case.domain.skin_m,
@@ -64,8 +62,10 @@ def parameters(case: Case) -> dict[str, float | int | str]:
 
 
 def write_parameters(case: Case, folder: Path) -> None:
-    """Write parameters.in of a case to a folder."""
+    """Write parameters.in of a case to a folder, and the file of its liner if it needs one."""
     write_text(Path(folder) / FILE, parameters_text(case))
+    if case.mill.profile:
+        write_text(Path(folder) / PROFILE_FILE, liner_of(case.mill).text)
 
 
 def parameters_text(case: Case) -> str:
@@ -81,6 +81,20 @@ def parameters_text(case: Case) -> str:
         for name, value in values.items()
     ]
     return "\n".join(lines) + "\n"
+
+
+def _liner_shape(mill: Mill) -> str:
+    """Return the words of the deck that state the liner."""
+    if mill.profile:
+        return f'"profile {PROFILE_FILE}"'
+    words = f"lifters {mill.lifters!r} phase {mill.phase_rad!r}"
+    if mill.lifters:
+        words += (
+            f" lifter_top_radius {mill.lifter_top_radius_m!r}"
+            f" lifter_top_width {mill.lifter_top_width_m!r}"
+            f" groove_width {mill.groove_width_m!r}"
+        )
+    return f'"{words}"'
 
 
 def _mesh(wall: Wall) -> dict[str, float | str | None]:

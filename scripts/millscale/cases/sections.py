@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from millscale import _core
 from millscale.campaign.campaign import Campaign, Study
@@ -25,6 +24,7 @@ from millscale.runs.case_file import (
     PhysicalMill,
     Times,
 )
+from millscale.runs.liner import liner_keys, profile_rows
 
 # The start of a single ball, above the liner, in ball radii: it must not overlap the mesh.
 START_GAP = 1e-3
@@ -41,17 +41,6 @@ MOST_STEPS = 2_000_000_000
 MOST_BALLS = 10_000_000
 
 
-def liner_part(liner: _core.Liner) -> dict[str, Any]:
-    """Return the keys of the cross-section, which `physical` and `mill` share."""
-    return {
-        "lifter_top_radius_m": liner.lifter_top_radius,
-        "lifter_top_width_m": liner.lifter_top_width,
-        "groove_width_m": liner.groove_width,
-        "lifters": liner.lifters,
-        "face_angle_deg": math.degrees(liner.face_angle),
-    }
-
-
 def physical_part(campaign: Campaign) -> PhysicalMill:
     """The physical mill."""
     mill = campaign.mill
@@ -61,7 +50,7 @@ def physical_part(campaign: Campaign) -> PhysicalMill:
         gravity_m_s2=mill.gravity,
         omega_rad_s=mill.omega,
         length_m=mill.length,
-        **liner_part(physical_liner(campaign)),
+        **liner_keys(physical_liner(campaign)),
     )
 
 
@@ -80,9 +69,10 @@ def mill_part(model: Model) -> Mill:
         percent_of_critical=100.0 * mill.omega / critical,
         detach_angle_deg=(math.degrees(_core.detach_angle(froude)) if froude <= 1.0 else None),
         regime=_core.regime(froude),
-        **liner_part(model.liner),
+        **liner_keys(model.liner),
         phase_rad=model.liner.phase,
         area_m2=model.liner.area,
+        profile=profile_rows(model.liner),
     )
 
 
@@ -100,15 +90,15 @@ def factors_part(model: Model) -> Factors:
 
 def groups_part(campaign: Campaign, model: Model) -> Groups:
     """Ratios to the ball size: what no policy can keep, to be looked at for every S."""
-    diameter = 2.0 * campaign.ball.radius
+    diameter, liner = 2.0 * campaign.ball.radius, liner_keys(model.liner)
     return Groups(
         ball_radius_over_mill_radius=0.5 * diameter / model.liner.radius,
         lifter_height_over_ball_diameter=(
-            (model.liner.radius - model.liner.lifter_top_radius) / diameter
-            if model.liner.lifters
+            (model.liner.radius - liner["lifter_top_radius_m"]) / diameter
+            if liner["lifters"]
             else 0.0
         ),
-        groove_width_over_ball_diameter=model.liner.groove_width / diameter,
+        groove_width_over_ball_diameter=liner["groove_width_m"] / diameter,
         length_over_ball_diameter=model.simulated_length / diameter,
     )
 

@@ -80,25 +80,15 @@ def _divisions(campaign: Campaign, model: Model, profile: np.ndarray, kinds: np.
 
 
 class Shape(NamedTuple):
-    """What a liner is made from: arguments of `_core.Liner`, in its order."""
+    """What a liner is made from: arguments of `_core.Profile`, in its order."""
 
-    radius: float
-    lifter_top_radius: float
-    lifter_top_width: float
-    groove_width: float
-    lifters: int
+    nodes: tuple[tuple[float, float, float, int, int], ...]
+    sectors: int
     phase: float
 
 
-def shape_of(liner: _core.Liner) -> Shape:
-    return Shape(
-        liner.radius,
-        liner.lifter_top_radius,
-        liner.lifter_top_width,
-        liner.groove_width,
-        liner.lifters,
-        liner.phase,
-    )
+def shape_of(liner: _core.Profile) -> Shape:
+    return Shape(tuple(liner.nodes), liner.sectors, liner.phase)
 
 
 # Schemes share their liners, and large campaigns have thousands.
@@ -116,7 +106,7 @@ def resting_height(shape: Shape, error: float, clear: float) -> float:
 @lru_cache(maxsize=256)
 def _panels(shape: Shape, error: float) -> tuple[np.ndarray, np.ndarray]:
     """Polygon of a liner, (n, 2) float [m], and the face of each edge, (n,) int."""
-    return _core.Liner(*shape).polygon(error)
+    return _core.Profile(list(shape.nodes), shape.sectors, shape.phase).polygon(error)
 
 
 def chord_error(campaign: Campaign, model: Model) -> float:
@@ -126,7 +116,7 @@ def chord_error(campaign: Campaign, model: Model) -> float:
     return campaign.wall.chord_error / model.S
 
 
-def panels_of(liner: _core.Liner, length: float, error: float, axial_divisions: int) -> LinerMesh:
+def panels_of(liner: _core.Profile, length: float, error: float, axial_divisions: int) -> LinerMesh:
     """The triangles gmsh would make, without it: two for each panel and division.
 
     Args:

@@ -15,6 +15,7 @@ from millscale.errors import CampaignError
 from millscale.packing.ball_sizes import draw_radii, mean_volume
 from millscale.packing.random_block import random_block
 from millscale.runs.case_file import Case
+from millscale.runs.liner import liner_of
 from millscale.runs.writing import writing
 
 FILE = "charge.data"
@@ -35,12 +36,12 @@ class Room:
     """Where balls may be put.
 
     Attributes:
-        liner: _core.Liner.
+        liner: _core.Profile.
         length: period along the axis [m].
         gap: kept clear of the liner, whose panels cut its arcs [m].
     """
 
-    liner: _core.Liner
+    liner: _core.Profile
     length: float
     gap: float = 0.0
 
@@ -74,20 +75,7 @@ def write_charge(case: Case, folder: Path) -> None:
 
 def room_of(case: Case) -> Room:
     """Room for the charge of a case."""
-    return Room(liner_of(case), case.mill.simulated_length_m, case.wall.chord_error_m)
-
-
-def liner_of(case: Case) -> _core.Liner:
-    """The scaled mill's liner as case.json states it."""
-    mill = case.mill
-    return _core.Liner(
-        mill.radius_m,
-        mill.lifter_top_radius_m,
-        mill.lifter_top_width_m,
-        mill.groove_width_m,
-        mill.lifters,
-        mill.phase_rad,
-    )
+    return Room(liner_of(case.mill), case.mill.simulated_length_m, case.wall.chord_error_m)
 
 
 def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Packing:
@@ -132,7 +120,7 @@ def capacity(room: Room, ball: Ball) -> int:
     return int(SURE * FRACTIONS[-1] * area * room.length / mean_volume(ball))
 
 
-def _free_area(liner: _core.Liner, clear: float) -> float:
+def _free_area(liner: _core.Profile, clear: float) -> float:
     """Area of the cross-section farther than a distance [m] from the liner [m^2].
 
     That of the liner moved inward, which cuts corners at lifter edges a little; where the grooves

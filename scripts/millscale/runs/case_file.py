@@ -35,6 +35,9 @@ Word = Annotated[str, Meta(pattern=DECK_WORD, description="a plain word")]
 Steps = Annotated[int, Meta(ge=0, le=MOST_STEPS)]
 Interval = Annotated[int, Meta(ge=1, le=MOST_STEPS)]
 Lifters = Annotated[int, Meta(ge=0, le=10**4)]
+ProfileNode = tuple[
+    Number, Number, Number, Annotated[int, Meta(ge=0, le=3)], Annotated[int, Meta(ge=0, le=1)]
+]
 Kind = Literal["single-ball", "multi-ball"]
 WallKind = Literal["analytic", "mesh"]
 Surface = Literal["fast", "default"]
@@ -50,7 +53,9 @@ class Section(Struct, frozen=True, kw_only=True, omit_defaults=True):
         if key not in self.__struct_fields__ and key not in ("in", "out"):
             raise KeyError(key)
         value = getattr(self, {"in": "inside", "out": "outside"}.get(key, key))
-        if value is None and key in ("start_m", "charge", "curvature_deg", "wall_damping"):
+        if value is None and key in (
+            *("start_m", "charge", "curvature_deg", "wall_damping", "profile"),
+        ):
             raise KeyError(key)
         return value
 
@@ -90,6 +95,7 @@ class Mill(Section, frozen=True):
         detach_angle_deg: of a point mass, from the vertical; None if the mill centrifuges.
         phase_rad: of groove 0 from the bottom, at rest.
         area_m2: of the cross-section inside the liner.
+        profile: nodes of `_core.Profile`, of a liner that is not of trapezoidal lifters.
     """
 
     radius_m: Positive
@@ -109,6 +115,7 @@ class Mill(Section, frozen=True):
     face_angle_deg: Number
     phase_rad: Number
     area_m2: Number
+    profile: tuple[ProfileNode, ...] | None = None
 
 
 class Factors(Section, frozen=True):

@@ -95,9 +95,9 @@ class Mill:
     rolling: tuple[float, float]
 
     @property
-    def liner(self) -> _core.Liner:
+    def liner(self) -> _core.Profile:
         shape = self.lifter_top_radius, self.lifter_top_width, self.groove_width, self.lifters
-        return _core.Liner(self.radius, *shape)
+        return _core.Lifters(self.radius, *shape)
 
     @property
     def rayleigh_time(self) -> float:

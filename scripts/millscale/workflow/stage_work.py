@@ -70,9 +70,9 @@ def write_mesh(case: Mapping[str, Any], folder: Path) -> None:
     """
     from millscale.cases.wall_panels import panels_of
     from millscale.mesh import build_liner_mesh, lint, write_stl, write_vtp
-    from millscale.packing.charge import liner_of
+    from millscale.runs.liner import liner_of
 
-    liner, wall = liner_of(case), case.wall
+    liner, wall = liner_of(case.mill), case.wall
     length = case.mill.simulated_length_m
     meshed = wall.kind == "mesh"
     build = build_liner_mesh if meshed else panels_of

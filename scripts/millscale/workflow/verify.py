@@ -17,6 +17,7 @@ from millscale.cases.case import cases_of
 from millscale.cases.decks import MOST_DECK_BYTES, PARAMETERS_FILE, template_folder
 from millscale.cases.generate import CAMPAIGN_COPY, read_summary
 from millscale.cases.parameters import parameters_text
+from millscale.engine.code_version import code
 from millscale.errors import CampaignError
 from millscale.runs.case_digest import INFORMING
 from millscale.runs.case_file import Case, load_case
@@ -179,13 +180,20 @@ def _compared(folder: Path, name: str, digest: str) -> str:
 
 
 def _decks(folder: Path, case: Case) -> Iterator[Difference]:
-    """Yield the decks, which are programs of the engine, that are not those of this version.
+    """Yield the decks, which are programs of the engine, that are not those of the version that
+    wrote them.
 
-    Comments may differ: they change nothing of a run made with another version.
+    Decks of this version are compared with its templates, except for comments. Those of another
+    version, by their commit in provenance.json, are compared with the digests recorded there.
     """
     templates = template_folder()
+    written = read_provenance(folder).get("deck", {})
+    of_other_version = written.get("commit") not in (None, code()["commit"])
     for name in files_of(folder, (x.name for x in folder.glob("*.in"))):
         deck = folder / name
+        if of_other_version and written["products"].get(deck.name) == digest_of(deck):
+            yield Difference(folder.name, deck.name, "")
+            continue
         if deck.name == PARAMETERS_FILE:
             same = _bytes(deck) == parameters_text(case).encode()
             yield Difference(folder.name, deck.name, "" if same else "not what case.json says")

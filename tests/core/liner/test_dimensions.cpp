@@ -15,6 +15,7 @@
 namespace {
 
 using namespace millscale::liner;
+using millscale::pi;
 using namespace millscale::test;
 
 constexpr double degree = pi / 180.0;
@@ -31,12 +32,12 @@ std::string error_of(const std::function<void()>& construct)
 
 std::string error_of(const Widths& w)
 {
-  return error_of([&w] { Liner{w}; });
+  return error_of([&w] { Lifters{w}; });
 }
 
 std::string error_of(const Slopes& s)
 {
-  return error_of([&s] { Liner{s}; });
+  return error_of([&s] { Lifters{s}; });
 }
 
 TEST(Dimensions, Table4FollowsFromThePhysicalMillToTheMillimetre)
@@ -46,7 +47,7 @@ TEST(Dimensions, Table4FollowsFromThePhysicalMillToTheMillimetre)
   const double half_millimetre = 0.5 + 1e-9;
   for (const auto& row : rows) {
     const double R = number(row, "R_mm");
-    const Liner mill = scaled(trapezoid_mill(), 3900.0 / R);
+    const Lifters mill = scaled(trapezoid_mill(), 3900.0 / R);
     EXPECT_NEAR(1e3 * mill.radius(), R, 1e-9);
     EXPECT_NEAR(1e3 * mill.lifter_top_radius(), number(row, "r_mm"), half_millimetre);
     EXPECT_NEAR(1e3 * mill.lifter_top_width(), number(row, "D1_mm"), half_millimetre);
@@ -62,7 +63,7 @@ TEST(Dimensions, TrapezoidReadingOfThePaperLeansItsFacesByNineDegrees)
 
 TEST(Dimensions, FeetAreAGrooveWidthApart)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     if (liner.lifters() == 0) continue;
     const Point a = Frame(liner.lifter_angle(0)).point(liner.foot());
     const Local foot = liner.foot();
@@ -74,11 +75,11 @@ TEST(Dimensions, FeetAreAGrooveWidthApart)
 
 TEST(Dimensions, BothReadingsDescribeTheSameLiner)
 {
-  for (const Liner& liner : various_liners()) {
-    const Liner by_widths(Widths{liner.radius(), liner.lifter_top_radius(),
+  for (const Lifters& liner : various_liners()) {
+    const Lifters by_widths(Widths{liner.radius(), liner.lifter_top_radius(),
                                  liner.lifter_top_width(), liner.groove_width(), liner.lifters(),
                                  liner.phase()});
-    const Liner by_slopes(Slopes{liner.radius(), liner.lifter_top_radius(),
+    const Lifters by_slopes(Slopes{liner.radius(), liner.lifter_top_radius(),
                                  liner.lifter_top_width(), liner.face_angle(), liner.lifters(),
                                  liner.phase()});
     EXPECT_NEAR(by_widths.face_angle(), liner.face_angle(), 1e-12);
@@ -88,23 +89,23 @@ TEST(Dimensions, BothReadingsDescribeTheSameLiner)
 
 TEST(Dimensions, ParallelFacesAreTheTopWidthApartAtTheFoot)
 {
-  const Liner liner = parallel_mill();
+  const Lifters liner = parallel_mill();
   EXPECT_NEAR(2.0 * liner.foot().tangential, liner.lifter_top_width(), 1e-14);
 }
 
 TEST(Dimensions, LifterTrailsItsGroove)
 {
-  const Liner liner = trapezoid_mill(0.2);
+  const Lifters liner = trapezoid_mill(0.2);
   EXPECT_DOUBLE_EQ(liner.groove_angle(0), 0.2);
   EXPECT_DOUBLE_EQ(liner.lifter_angle(0), 0.2 - 0.5 * liner.pitch());
 }
 
 TEST(Dimensions, GrooveBoxHoldsTheGrooveAndNothingBeyondItsFaces)
 {
-  const Liner liner = trapezoid_mill();
+  const Lifters liner = trapezoid_mill();
   const auto box = groove_box(liner);
   for (const Point corner : {box[2], box[3]}) {
-    EXPECT_NEAR(length(corner), length({liner.corner().radial, liner.corner().tangential}), 1e-14);
+    EXPECT_NEAR(length(corner), length(liner.corner()), 1e-14);
     EXPECT_NEAR(nearest(liner, corner).distance, 0.0, 1e-14);
   }
   EXPECT_NEAR(box[0].z, -liner.radius(), 1e-14);
@@ -113,7 +114,7 @@ TEST(Dimensions, GrooveBoxHoldsTheGrooveAndNothingBeyondItsFaces)
   const Point foot = Frame(liner.lifter_angle(0)).point(liner.foot());
   const Point along = box[0] - box[3], to_foot = foot - box[3];
   EXPECT_NEAR(along.x * to_foot.z - along.z * to_foot.x, 0.0, 1e-14);
-  EXPECT_THROW(groove_box(Liner(Widths{1.0, 0.0, 0.0, 0.0, 0, 0.0})), std::invalid_argument);
+  EXPECT_THROW(groove_box(Lifters(Widths{1.0, 0.0, 0.0, 0.0, 0, 0.0})), std::invalid_argument);
 }
 
 TEST(DimensionErrors, NameTheValueAndTheAcceptedRange)

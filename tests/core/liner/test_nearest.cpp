@@ -13,7 +13,7 @@ namespace {
 using namespace millscale::liner;
 using namespace millscale::test;
 
-std::vector<Point> random_points(const Liner& liner, int count)
+std::vector<Point> random_points(const Lifters& liner, int count)
 {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-1.1 * liner.radius(), 1.1 * liner.radius());
@@ -49,7 +49,7 @@ double brute_force_distance(const Polygon& p, Point q)
 
 TEST(Nearest, DistanceAgreesWithBruteForceOverAFinePolygon)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const double chord_error = 1e-6 * liner.radius();
     const Polygon fine = polygon(liner, chord_error);
     for (const Point q : random_points(liner, 1000)) {
@@ -66,7 +66,7 @@ TEST(Nearest, DistanceAgreesWithBruteForceOverAFinePolygon)
 
 TEST(Nearest, PointAndNormalLeadBackToTheQuery)
 {
-  for (const Liner& liner : various_liners())
+  for (const Lifters& liner : various_liners())
     for (const Point q : random_points(liner, 1000)) {
       const Nearest found = nearest(liner, q);
       const double rounding = 1e-13 * liner.radius();
@@ -80,7 +80,7 @@ TEST(Nearest, PointAndNormalLeadBackToTheQuery)
 
 TEST(Nearest, TurnsWithTheSectors)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const int n = std::max(liner.lifters(), 1);
     for (const Point q : random_points(liner, 200)) {
       const Nearest here = nearest(liner, q);
@@ -102,7 +102,7 @@ TEST(Nearest, MirrorsInTheGroovesCentreLine)
     if (face == Face::leading) return Face::trailing;
     return face == Face::trailing ? Face::leading : face;
   };
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const int n = std::max(liner.lifters(), 1);
     for (const Point q : random_points(liner, 200)) {
       const double from_centre = polar_angle(q) - liner.groove_angle(0);
@@ -118,7 +118,7 @@ TEST(Nearest, MirrorsInTheGroovesCentreLine)
 
 TEST(Nearest, KnowsTheFacesOfALifter)
 {
-  const Liner liner = trapezoid_mill();
+  const Lifters liner = trapezoid_mill();
   const Frame lifter(liner.lifter_angle(3));
   const Local corner = liner.corner(), foot = liner.foot();
   const Local middle{0.5 * (corner.radial + foot.radial),
@@ -153,7 +153,7 @@ TEST(Nearest, KnowsTheFacesOfALifter)
 
 TEST(Nearest, AConvexEdgeIsRoundedByTheDistance)
 {
-  const Liner liner = trapezoid_mill();
+  const Lifters liner = trapezoid_mill();
   const Frame lifter(liner.lifter_angle(0));
   const Local corner = liner.corner();
   // Between the normals of the top and of the face, at any angle, the corner is nearest.
@@ -168,7 +168,7 @@ TEST(Nearest, AConvexEdgeIsRoundedByTheDistance)
 
 TEST(Nearest, TiesAreResolvedTheSameWayEveryTime)
 {
-  const Liner liner = trapezoid_mill();
+  const Lifters liner = trapezoid_mill();
   // High above groove 0 the corners of both lifters are equally near: the one ahead is taken, and
   // of its two faces the side.
   const Nearest middle = nearest(liner, {0.0, -3.4});

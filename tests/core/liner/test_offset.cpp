@@ -17,7 +17,7 @@ using namespace millscale::test;
 
 constexpr double ball_radius = 0.02;
 
-void expect_equal(const Liner& a, const Liner& b, double tolerance)
+void expect_equal(const Lifters& a, const Lifters& b, double tolerance)
 {
   EXPECT_NEAR(a.radius(), b.radius(), tolerance);
   EXPECT_NEAR(a.lifter_top_radius(), b.lifter_top_radius(), tolerance);
@@ -30,7 +30,7 @@ void expect_equal(const Liner& a, const Liner& b, double tolerance)
 
 TEST(Offset, EveryFaceMovesByTheDistance)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const Polygon moved = polygon(offset(liner, ball_radius), 1e-9 * liner.radius());
     for (std::size_t i = 0; i < moved.nodes.size(); ++i) {
       // Middles of the edges: at the mitred corners the distance to the liner is larger.
@@ -44,13 +44,13 @@ TEST(Offset, EveryFaceMovesByTheDistance)
 
 TEST(Offset, BackAndForthIsTheSameLiner)
 {
-  for (const Liner& liner : various_liners())
+  for (const Lifters& liner : various_liners())
     expect_equal(offset(offset(liner, ball_radius), -ball_radius), liner, 1e-13);
 }
 
 TEST(Offset, RefusesToLoseALifterOrTheDrum)
 {
-  const Liner liner = trapezoid_mill();
+  const Lifters liner = trapezoid_mill();
   EXPECT_THROW(offset(liner, 3.9), std::invalid_argument);
   try {
     offset(liner, -0.2);
@@ -66,9 +66,9 @@ TEST(Offset, RefusesToLoseALifterOrTheDrum)
 
 TEST(OffsetLiner, CentrePathScalesExactly)
 {
-  for (const Liner& physical : {trapezoid_mill(), parallel_mill()})
+  for (const Lifters& physical : {trapezoid_mill(), parallel_mill()})
     for (const double S : {1.0, 1.083, 2.6, 5.0}) {
-      const Liner model = offset_scaled(physical, S, ball_radius);
+      const Lifters model = offset_scaled(physical, S, ball_radius);
       expect_equal(offset(model, ball_radius), scaled(offset(physical, ball_radius), S), 1e-13);
       EXPECT_NEAR(model.face_angle(), physical.face_angle(), 1e-12);
     }
@@ -77,7 +77,7 @@ TEST(OffsetLiner, CentrePathScalesExactly)
 TEST(OffsetLiner, DistanceFieldsOfTheCentrePathsAreSimilar)
 {
   const double S = 2.6;
-  const Liner physical = trapezoid_mill(), model = offset_scaled(physical, S, ball_radius);
+  const Lifters physical = trapezoid_mill(), model = offset_scaled(physical, S, ball_radius);
   // Where the ball's centre runs along a flat or an arc, its distance from contact scales by S.
   int compared = 0;
   for (double x = -3.8; x <= 3.8; x += 0.0713)
@@ -98,7 +98,7 @@ TEST(OffsetLiner, DistanceFieldsOfTheCentrePathsAreSimilar)
 
 TEST(OffsetLiner, WithoutScalingOrBallItIsPlainScaling)
 {
-  const Liner physical = trapezoid_mill();
+  const Lifters physical = trapezoid_mill();
   expect_equal(offset_scaled(physical, 1.0, ball_radius), physical, 1e-13);
   expect_equal(offset_scaled(physical, 2.6, 0.0), scaled(physical, 2.6), 1e-13);
 }
@@ -127,7 +127,7 @@ TEST(OffsetLiner, ErrorsTellTheScaleAndTheBall)
 
 TEST(OffsetLiner, OfAPlainDrumIsADrum)
 {
-  const Liner drum(Widths{3.9, 0.0, 0.0, 0.0, 0, 0.0});
+  const Lifters drum(Widths{3.9, 0.0, 0.0, 0.0, 0, 0.0});
   EXPECT_NEAR(offset_scaled(drum, 2.6, ball_radius).radius(), 3.88 / 2.6 + ball_radius, 1e-14);
 }
 

@@ -12,6 +12,7 @@
 namespace {
 
 using namespace millscale::liner;
+using millscale::pi;
 using namespace millscale::test;
 
 double enclosed(const Polygon& p)
@@ -33,7 +34,7 @@ Point rotated(Point p, double angle)
 
 TEST(Area, IsTheLimitOfThePolygons)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const double exact = area(liner), R = liner.radius();
     for (const double chord_error : {1e-3, 1e-4, 1e-6}) {
       // A chord cuts off two thirds of chord times sagitta: at most 2/3 2 pi R chord_error in all.
@@ -46,7 +47,7 @@ TEST(Area, IsTheLimitOfThePolygons)
 
 TEST(Area, AgreesWithCountingRandomPoints)
 {
-  const Liner liner = trapezoid_mill();
+  const Lifters liner = trapezoid_mill();
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(-3.9, 3.9);
   const int tries = 400000;
@@ -60,12 +61,12 @@ TEST(Area, AgreesWithCountingRandomPoints)
 
 TEST(Area, OfAPlainDrumIsTheCircle)
 {
-  EXPECT_DOUBLE_EQ(area(Liner(Widths{2.0, 0.0, 0.0, 0.0, 0, 0.0})), 4.0 * pi);
+  EXPECT_DOUBLE_EQ(area(Lifters(Widths{2.0, 0.0, 0.0, 0.0, 0, 0.0})), 4.0 * pi);
 }
 
 TEST(Polygon, TurnsInTheDirectionOfRotationOnce)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const Polygon p = polygon(liner, 1e-3);
     ASSERT_EQ(p.nodes.size(), p.faces.size());
     double turned = 0.0;
@@ -84,7 +85,7 @@ TEST(Polygon, TurnsInTheDirectionOfRotationOnce)
 
 TEST(Polygon, IsPeriodicFromSectorToSector)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     if (liner.lifters() == 0) continue;
     const Polygon p = polygon(liner, 1e-3);
     const std::size_t sector = p.nodes.size() / liner.lifters();
@@ -100,7 +101,7 @@ TEST(Polygon, IsPeriodicFromSectorToSector)
 
 TEST(Polygon, EdgesBelongToTheirFaces)
 {
-  for (const Liner& liner : various_liners()) {
+  for (const Lifters& liner : various_liners()) {
     const double chord_error = 1e-3 * liner.radius();
     const Polygon p = polygon(liner, chord_error);
     for (std::size_t i = 0; i < p.nodes.size(); ++i) {

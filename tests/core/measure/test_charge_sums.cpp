@@ -11,8 +11,8 @@ namespace {
 
 using namespace millscale::charge;
 using millscale::liner::Frame;
-using millscale::liner::Liner;
-using millscale::liner::pi;
+using millscale::liner::Lifters;
+using millscale::pi;
 using millscale::liner::Point;
 
 constexpr double ball_radius = 0.02, ball_mass = 0.09;
@@ -157,7 +157,7 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
 
 TEST(ChargeSums, OfAPlainDrumHaveNoBox)
 {
-  ChargeSums sum({Liner(millscale::liner::Widths{1.5}), ball_radius, 9.81, 0.0});
+  ChargeSums sum({Lifters(millscale::liner::Widths{1.5}), ball_radius, 9.81, 0.0});
   sum.start(0.0);
   sum.add(at({0.0, -1.49}));
   EXPECT_TRUE(std::isnan(sum.summary().box_fixed));

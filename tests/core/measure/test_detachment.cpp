@@ -19,7 +19,7 @@ MillFrame mill()
 {
   MillFrame frame;
   frame.radius = 1.0;
-  frame.lifters = 25;
+  frame.sectors.count = 25;
   return frame;
 }
 
@@ -65,12 +65,12 @@ TEST(Sector, FollowsTheMillAndMatchesABruteForceSearch)
   std::mt19937 random(1);
   std::uniform_real_distribution<double> angle(-pi, pi), turns(0.0, 50.0);
   const MillFrame frame = mill();
-  const double pitch = 2.0 * pi / frame.lifters;
+  const double pitch = 2.0 * pi / frame.sectors.count;
   for (int i = 0; i < 1000; ++i) {
     const double psi = angle(random), mill_angle = turns(random);
     int nearest = 0;
     double best = 1e9;
-    for (int k = 0; k < frame.lifters; ++k) {
+    for (int k = 0; k < frame.sectors.count; ++k) {
       const double apart = std::abs(std::remainder(psi - mill_angle - k * pitch, 2.0 * pi));
       if (apart < best) best = apart, nearest = k;
     }
@@ -81,7 +81,7 @@ TEST(Sector, FollowsTheMillAndMatchesABruteForceSearch)
 TEST(Sector, OfAPlainDrumIsZero)
 {
   MillFrame drum = mill();
-  drum.lifters = 0;
+  drum.sectors.count = 1;
   EXPECT_EQ(sector(drum, 2.0, 17.0), 0);
 }
 

@@ -49,9 +49,9 @@ TEST(Guard, FindsTheFirstThatIsTooLongOrNoNumberAmongAnyCount)
 TEST(Guard, ABallIsAtFaultWhereItsCentreIsInTheWallOrItsOverlapIsOverTheLimit)
 {
   std::mt19937 random(3);
-  for (const liner::Liner& liner : test::various_liners()) {
+  for (const liner::Lifters& liner : test::various_liners()) {
     const double radius = 0.01 * liner.radius(), limit = 0.3;
-    const WallGuard guard(liner, limit);
+    const WallGuard guard(liner, radius, limit);
     std::uniform_real_distribution<double> anywhere(-1.05 * liner.radius(), 1.05 * liner.radius());
     int beyond = 0, deep = 0, fine = 0;
     for (int i = 0; i < 20000; ++i) {
@@ -79,15 +79,18 @@ TEST(Guard, ABallIsAtFaultWhereItsCentreIsInTheWallOrItsOverlapIsOverTheLimit)
 
 TEST(Guard, APlaceThatIsNoNumberIsAFault)
 {
-  const WallGuard guard(test::various_liners().front(), 0.5);
+  const WallGuard guard(test::various_liners().front(), 0.02, 0.5);
   EXPECT_EQ(*guard.fault({nan, 0.0}, 0.02), "has no finite position");
   EXPECT_EQ(guard.where({nan, 0.0}), "an unknown wall");
 }
 
 TEST(Guard, NothingTouchesAtAPlaceThatIsNoNumber)
 {
-  for (const liner::Liner& liner : test::various_liners())
-    EXPECT_EQ(liner::touches(liner, {nan, 0.1}, 0.01 * liner.radius()).count, 0);
+  for (const liner::Lifters& liner : test::various_liners())
+    {
+    const double radius = 0.01 * liner.radius();
+    EXPECT_EQ(liner::ContactFinder(liner, radius).contacts({nan, 0.1}, radius).count, 0);
+  }
 }
 
 TEST(Guard, TheReportNamesBallStepPlaceAndCauses)

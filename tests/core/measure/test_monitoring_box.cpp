@@ -24,7 +24,7 @@ bool inside(const std::array<Point, 4>& corner, Point p)
 TEST(MonitoringBox, HoldsWhatLiesBetweenTheCornersOfTheGroove)
 {
   std::mt19937 random(5);
-  for (const Liner& liner : millscale::test::various_liners()) {
+  for (const Lifters& liner : millscale::test::various_liners()) {
     if (liner.lifters() == 0) continue;
     const MonitoringBox box(liner);
     const auto corner = groove_box(liner);
@@ -50,7 +50,7 @@ TEST(MonitoringBox, HoldsNothingCloserToTheAxisThanItsInnerLine)
 
 TEST(MonitoringBox, NeedsAGroove)
 {
-  EXPECT_THROW(MonitoringBox(Liner(Widths{2.0})), std::invalid_argument);
+  EXPECT_THROW(MonitoringBox(Lifters(Widths{2.0})), std::invalid_argument);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace {
 
 using namespace millscale::charge;
-using millscale::liner::pi;
+using millscale::pi;
 
 double ball(double a)
 {

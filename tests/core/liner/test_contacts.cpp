@@ -6,14 +6,15 @@
 #include "core/liner/end_walls.h"
 #include "core/liner/nearest.h"
 #include "core/liner/paper_liners.h"
-#include "core/liner/touches.h"
+#include "core/liner/contacts.h"
 
 namespace {
 
 using namespace millscale::liner;
+using millscale::pi;
 namespace test = millscale::test;
 
-const Liner paper_mill{Widths{3.9, 3.61, 0.25, 0.635, 25, 0.0}};
+const Lifters paper_mill{Widths{3.9, 3.61, 0.25, 0.635, 25, 0.0}};
 constexpr double ball_radius = 0.02;
 
 Point at(double radius, double psi)
@@ -21,14 +22,19 @@ Point at(double radius, double psi)
   return {-radius * std::sin(psi), -radius * std::cos(psi)};
 }
 
-double deepest(const Touches& found)
+Contacts contacts(const Profile& profile, Point p, double radius)
+{
+  return ContactFinder(profile, radius).contacts(p, radius);
+}
+
+double deepest(const Contacts& found)
 {
   double overlap = -1.0;
-  for (int t = 0; t < found.count; ++t) overlap = std::max(overlap, found.touch[t].overlap);
+  for (int t = 0; t < found.count; ++t) overlap = std::max(overlap, found.contact[t].overlap);
   return overlap;
 }
 
-TEST(Touches, DeepestIsTheNearestPointOfTheLiner)
+TEST(Contacts, DeepestIsTheNearestPointOfTheLiner)
 {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.9);
@@ -37,7 +43,7 @@ TEST(Touches, DeepestIsTheNearestPointOfTheLiner)
     const Point p = at(radius(random), psi(random));
     const Nearest exact = nearest(paper_mill, p);
     if (exact.distance < 0.0) continue;  // a centre in the wall is no ball of this mill
-    const Touches found = touches(paper_mill, p, ball_radius);
+    const Contacts found = contacts(paper_mill, p, ball_radius);
     if (exact.distance >= ball_radius) {
       EXPECT_EQ(found.count, 0);
       continue;
@@ -49,18 +55,18 @@ TEST(Touches, DeepestIsTheNearestPointOfTheLiner)
   EXPECT_GT(touching, 5'000);
 }
 
-TEST(Touches, ClearWayIsNoLongerThanTheDistanceToTheLiner)
+TEST(Contacts, ClearWayIsNoLongerThanTheDistanceToTheLiner)
 {
   // Off the foot of a face it may be shorter; over all places it is mostly the distance itself.
   std::mt19937 random(8);
   std::uniform_real_distribution<double> psi(-pi, pi), radius(3.4, 3.9);
-  const TouchFinder finder(paper_mill);
+  const ContactFinder finder(paper_mill, 0.5);
   int exactly = 0, apart = 0;
   for (int i = 0; i < 100'000; ++i) {
     const Point p = at(radius(random), psi(random));
     const double distance = nearest(paper_mill, p).distance;
-    Look look;
-    if (finder.touches(p, ball_radius, look).count > 0) {
+    LastSearch look;
+    if (finder.contacts(p, ball_radius, look).count > 0) {
       EXPECT_EQ(look.clear, 0.0);
       continue;
     }
@@ -74,50 +80,50 @@ TEST(Touches, ClearWayIsNoLongerThanTheDistanceToTheLiner)
   EXPECT_GT(exactly, apart / 3);
 }
 
-TEST(Touches, AreTheSameWithWhateverGrooveBefore)
+TEST(Contacts, AreTheSameWithWhateverGrooveBefore)
 {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.9);
-  const TouchFinder finder(paper_mill);
-  Look look;  // goes from place to place, so its groove is mostly another one
+  const ContactFinder finder(paper_mill, ball_radius);
+  LastSearch look;  // goes from place to place, so its groove is mostly another one
   for (int i = 0; i < 20'000; ++i) {
     const Point p = at(radius(random), psi(random));
-    const Touches fresh = finder.touches(p, ball_radius),
-                  again = finder.touches(p, ball_radius, look);
+    const Contacts fresh = finder.contacts(p, ball_radius),
+                  again = finder.contacts(p, ball_radius, look);
     ASSERT_EQ(fresh.count, again.count);
     for (int t = 0; t < fresh.count; ++t) {
-      EXPECT_EQ(fresh.touch[t].overlap, again.touch[t].overlap);
-      EXPECT_EQ(fresh.touch[t].sector, again.touch[t].sector);
-      EXPECT_EQ(fresh.touch[t].face, again.touch[t].face);
+      EXPECT_EQ(fresh.contact[t].overlap, again.contact[t].overlap);
+      EXPECT_EQ(fresh.contact[t].sector, again.contact[t].sector);
+      EXPECT_EQ(fresh.contact[t].face, again.contact[t].face);
     }
   }
 }
 
-TEST(Touches, NormalPointsFromTheNearestPointToTheCentre)
+TEST(Contacts, NormalPointsFromTheNearestPointToTheCentre)
 {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.895);
   for (int i = 0; i < 20'000; ++i) {
     const Point p = at(radius(random), psi(random));
     const Nearest exact = nearest(paper_mill, p);
-    const Touches found = touches(paper_mill, p, ball_radius);
+    const Contacts found = contacts(paper_mill, p, ball_radius);
     if (found.count != 1 || exact.distance < 1e-4) continue;
-    EXPECT_NEAR(found.touch[0].normal.x, exact.normal.x, 1e-9);
-    EXPECT_NEAR(found.touch[0].normal.z, exact.normal.z, 1e-9);
+    EXPECT_NEAR(found.contact[0].normal.x, exact.normal.x, 1e-9);
+    EXPECT_NEAR(found.contact[0].normal.z, exact.normal.z, 1e-9);
   }
 }
 
-TEST(Touches, ConcaveCornerHasTwo)
+TEST(Contacts, ConcaveCornerHasTwo)
 {
   // Just inside the corner of groove and leading face, within a radius of both.
   const double psi = -paper_mill.groove_half_angle() + 0.7 * ball_radius / 3.9;
-  const Touches found = touches(paper_mill, at(3.9 - 0.7 * ball_radius, psi), ball_radius);
+  const Contacts found = contacts(paper_mill, at(3.9 - 0.7 * ball_radius, psi), ball_radius);
   ASSERT_EQ(found.count, 2);
-  EXPECT_EQ(found.touch[0].face, Face::groove);
-  EXPECT_EQ(found.touch[1].face, Face::leading);
+  EXPECT_EQ(found.contact[0].face, Face::groove);
+  EXPECT_EQ(found.contact[1].face, Face::leading);
 }
 
-TEST(Touches, ConvexEdgeHasOneAtTheExactCorner)
+TEST(Contacts, ConvexEdgeHasOneAtTheExactCorner)
 {
   const Local corner = paper_mill.corner();
   const Frame frame(paper_mill.lifter_angle(0));
@@ -125,12 +131,12 @@ TEST(Touches, ConvexEdgeHasOneAtTheExactCorner)
   const double distance = 0.9 * ball_radius;
   const Point p = frame.point({corner.radial + distance * std::sin(direction),
                                corner.tangential + distance * std::cos(direction)});
-  const Touches found = touches(paper_mill, p, ball_radius);
+  const Contacts found = contacts(paper_mill, p, ball_radius);
   ASSERT_EQ(found.count, 1);
-  EXPECT_NEAR(found.touch[0].overlap, ball_radius - distance, 1e-14);
+  EXPECT_NEAR(found.contact[0].overlap, ball_radius - distance, 1e-14);
 }
 
-TEST(Touches, NormalTurnsWithoutAJumpAroundALifter)
+TEST(Contacts, NormalTurnsWithoutAJumpAroundALifter)
 {
   // Along the path of a ball's centre that stays at 0.9 radii from face, edge and top.
   const Local corner = paper_mill.corner();
@@ -140,7 +146,7 @@ TEST(Touches, NormalTurnsWithoutAJumpAroundALifter)
   for (double direction = -0.5 * pi; direction <= -face; direction += 1e-3) {
     const Point p = frame.point({corner.radial + distance * std::sin(direction),
                                  corner.tangential + distance * std::cos(direction)});
-    const double overlap = deepest(touches(paper_mill, p, ball_radius));
+    const double overlap = deepest(contacts(paper_mill, p, ball_radius));
     if (last >= 0.0) {
       EXPECT_NEAR(overlap, last, 1e-12);
     }
@@ -149,34 +155,34 @@ TEST(Touches, NormalTurnsWithoutAJumpAroundALifter)
   EXPECT_GT(last, 0.0);
 }
 
-TEST(Touches, RepeatFromSectorToSectorAndMirror)
+TEST(Contacts, RepeatFromSectorToSectorAndMirror)
 {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> psi(-0.5, 0.5), radius(3.58, 3.895);
   for (int i = 0; i < 2'000; ++i) {
     const double angle = psi(random) * paper_mill.pitch(), r = radius(random);
-    const double here = deepest(touches(paper_mill, at(r, angle), ball_radius));
+    const double here = deepest(contacts(paper_mill, at(r, angle), ball_radius));
     const double there =
-        deepest(touches(paper_mill, at(r, angle + 7 * paper_mill.pitch()), ball_radius));
-    const double mirrored = deepest(touches(paper_mill, at(r, -angle), ball_radius));
+        deepest(contacts(paper_mill, at(r, angle + 7 * paper_mill.pitch()), ball_radius));
+    const double mirrored = deepest(contacts(paper_mill, at(r, -angle), ball_radius));
     EXPECT_NEAR(here, there, 1e-12);
     EXPECT_NEAR(here, mirrored, 1e-12);
   }
 }
 
-TEST(Touches, OfAPlainDrumIsTheCircle)
+TEST(Contacts, OfAPlainDrumIsTheCircle)
 {
-  const Liner drum{Widths{1.5, 0.0, 0.0, 0.0, 0, 0.0}};
-  const Touches found = touches(drum, at(1.49, 2.0), ball_radius);
+  const Lifters drum{Widths{1.5, 0.0, 0.0, 0.0, 0, 0.0}};
+  const Contacts found = contacts(drum, at(1.49, 2.0), ball_radius);
   ASSERT_EQ(found.count, 1);
-  EXPECT_NEAR(found.touch[0].overlap, 0.01, 1e-15);
-  EXPECT_EQ(touches(drum, at(1.47, 2.0), ball_radius).count, 0);
+  EXPECT_NEAR(found.contact[0].overlap, 0.01, 1e-15);
+  EXPECT_EQ(contacts(drum, at(1.47, 2.0), ball_radius).count, 0);
 }
 
-TEST(Touches, OfAnyNumberOfLiftersAreTheNearestPoint)
+TEST(Contacts, OfAnyNumberOfLiftersAreTheNearestPoint)
 {
   std::mt19937 random(7);
-  for (const Liner& liner : test::various_liners()) {
+  for (const Lifters& liner : test::various_liners()) {
     const double radius = 0.02 * liner.radius();
     const double inner = liner.lifters() > 0 ? liner.lifter_top_radius() : liner.radius();
     std::uniform_real_distribution<double> psi(-pi, pi), from(inner - radius, liner.radius());
@@ -185,7 +191,7 @@ TEST(Touches, OfAnyNumberOfLiftersAreTheNearestPoint)
       const Point p = at(from(random), psi(random));
       const Nearest exact = nearest(liner, p);
       if (exact.distance < 0.0) continue;
-      const Touches found = touches(liner, p, radius);
+      const Contacts found = contacts(liner, p, radius);
       EXPECT_LE(found.count, 2);
       touching += found.count > 0;
       EXPECT_NEAR(std::max(deepest(found), 0.0), std::max(radius - exact.distance, 0.0),
@@ -195,54 +201,59 @@ TEST(Touches, OfAnyNumberOfLiftersAreTheNearestPoint)
   }
 }
 
-TEST(TouchesOfChords, AreOneOverAJointAndGoOnFromChordToChord)
+TEST(ContactsOfChords, AreOneOverAJointAndGoOnFromChordToChord)
 {
-  const GrooveChords chords = wall_chords(paper_mill, 1e-3);
-  ASSERT_GT(chords.count, 2);
+  const Profile chords = wall_profile(paper_mill, 1e-3);
+  ASSERT_GT(chords.pieces().size(), 5u);
+  double widest = 0.0;
+  for (const Piece& piece : chords.pieces())
+    if (piece.face == Face::groove) widest = std::max(widest, piece.length);
+  const ContactFinder finder(chords, ball_radius);
   // Along the groove at one distance from the axis, over all its joints.
   const double distance = 3.9 - 0.8 * ball_radius, last = 0.9 * paper_mill.groove_half_angle();
   const double step = 1e-4;
   double before = -1.0;
   for (double psi = -last; psi <= last; psi += step) {
-    const Touches found = touches(paper_mill, at(distance, psi), ball_radius, chords);
+    const Contacts found = finder.contacts(at(distance, psi), ball_radius);
     ASSERT_EQ(found.count, 1);
-    EXPECT_EQ(found.touch[0].face, Face::groove);
-    const double overlap = found.touch[0].overlap;
+    EXPECT_EQ(found.contact[0].face, Face::groove);
+    const double overlap = found.contact[0].overlap;
     // The distance to a chord changes by the sine of at most half its angle.
     if (before >= 0.0) {
-      EXPECT_LE(std::abs(overlap - before), distance * step * std::sin(chords.half_angle));
+      EXPECT_LE(std::abs(overlap - before), distance * step * 0.5 * widest / 3.9);
     }
     before = overlap;
   }
 }
 
-TEST(TouchesOfChords, ComeToThoseOfTheArcAsTheErrorOfTheChord)
+TEST(ContactsOfChords, ComeToThoseOfTheArcAsTheErrorOfTheChord)
 {
   const Point p = at(3.9 - 0.5 * ball_radius, 0.01);
-  const double exact = deepest(touches(paper_mill, p, ball_radius));
-  for (double error : {1e-3, 1e-4, 1e-5, 1e-6}) {
-    const GrooveChords chords = wall_chords(paper_mill, error);
-    EXPECT_LE(std::abs(deepest(touches(paper_mill, p, ball_radius, chords)) - exact), error);
-  }
+  const double exact = deepest(contacts(paper_mill, p, ball_radius));
+  for (double error : {1e-3, 1e-4, 1e-5, 1e-6})
+    EXPECT_LE(std::abs(deepest(contacts(wall_profile(paper_mill, error), p, ball_radius)) - exact),
+              error);
 }
 
-TEST(TouchesOfChords, AreFoundWhereAChordIsNearerToTheAxisThanTheLiftersTops)
+TEST(ContactsOfChords, AreFoundWhereAChordIsNearerToTheAxisThanTheLiftersTops)
 {
-  const Liner low(Slopes{1.0, 0.95, 0.1, 0.2, 3, 0.0});
-  const GrooveChords chord{1, low.groove_half_angle(), std::cos(low.groove_half_angle())};
-  ASSERT_LT(chord.inner_radius, low.lifter_top_radius() - 0.02);
-  EXPECT_DOUBLE_EQ(clear_radius(low, chord), chord.inner_radius);
-  const Touches found = touches(low, at(chord.inner_radius - 0.01, 0.0), 0.02, chord);
+  const Lifters low(Slopes{1.0, 0.95, 0.1, 0.2, 3, 0.0});
+  const Profile chord = wall_profile(low, 0.6);
+  ASSERT_EQ(chord.pieces().size(), 4u);
+  const double inner = std::cos(low.groove_half_angle());
+  ASSERT_LT(inner, low.lifter_top_radius() - 0.02);
+  EXPECT_DOUBLE_EQ(chord.clear_radius(), inner);
+  const Contacts found = contacts(chord, at(inner - 0.01, 0.0), 0.02);
   ASSERT_EQ(found.count, 1);
-  EXPECT_NEAR(found.touch[0].overlap, 0.01, 1e-15);
+  EXPECT_NEAR(found.contact[0].overlap, 0.01, 1e-15);
 }
 
-TEST(TouchesOfChords, RefuseFoldsLikeCorners)
+TEST(ContactsOfChords, RefuseFoldsLikeCorners)
 {
-  const Liner drum{Widths{1.0, 0.0, 0.0, 0.0, 0, 0.0}};
-  EXPECT_NO_THROW(wall_chords(drum, 0.10));
-  EXPECT_THROW(wall_chords(drum, 0.14), std::invalid_argument);
-  EXPECT_THROW(wall_chords(drum, 0.0), std::invalid_argument);
+  const Lifters drum{Widths{1.0, 0.0, 0.0, 0.0, 0, 0.0}};
+  EXPECT_NO_THROW(wall_profile(drum, 0.10));
+  EXPECT_THROW(wall_profile(drum, 0.14), std::invalid_argument);
+  EXPECT_THROW(wall_profile(drum, 0.0), std::invalid_argument);
 }
 
 TEST(EndWalls, AreHalfSpaces)

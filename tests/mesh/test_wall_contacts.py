@@ -18,10 +18,10 @@ ROUNDING = 8 * np.finfo(float).eps  # of a distance, over the largest coordinate
 GROOVE, LEADING, TOP, TRAILING = range(4)
 
 LINERS = {
-    "paper": _core.Liner(1.5, 3.61 / 2.6, 0.25 / 2.6, 0.635 / 2.6, 25, phase=0.1),
-    "few": _core.Liner(1.0, 0.7, 0.2, 0.9, 5, phase=-1.0),
-    "two": _core.Liner.from_face_angle(1.0, 0.5, 0.3, 0.2, 2),
-    "drum": _core.Liner(1.5, 0.0, 0.0, 0.0, 0),
+    "paper": _core.Lifters(1.5, 3.61 / 2.6, 0.25 / 2.6, 0.635 / 2.6, 25, phase=0.1),
+    "few": _core.Lifters(1.0, 0.7, 0.2, 0.9, 5, phase=-1.0),
+    "two": _core.Lifters.from_face_angle(1.0, 0.5, 0.3, 0.2, 2),
+    "drum": _core.Lifters(1.5, 0.0, 0.0, 0.0, 0),
 }
 
 
@@ -132,7 +132,7 @@ def mesh_touches(liner, centres):
 def wall_touches(liner, centres, chord_error=CHORD_ERROR):
     """Touches with the analytic wall."""
     section = np.ascontiguousarray(centres[:, [0, 2]])
-    found = liner.touches(section, RADIUS, chord_error)
+    found = liner.contacts(section, RADIUS, chord_error)
     surface = surfaces(liner, found.face, found.sector)
     order = np.lexsort((surface, found.ball))
     normal = np.zeros((len(order), 3))
@@ -233,7 +233,7 @@ def test_polygon_and_arc_differ_by_the_sagitta(name):
 
 
 def test_chords_that_fold_like_corners_are_refused():
-    with pytest.raises(ValueError, match=r"gives 3 chords a groove that fold by 2\.09.* < pi/3"):
-        LINERS["drum"].touches(np.zeros((1, 2)), RADIUS, chord_error=1.4)
+    with pytest.raises(ValueError, match=r"gives chords that fold by 2\.09.* < pi/3"):
+        LINERS["drum"].contacts(np.zeros((1, 2)), RADIUS, chord_error=1.4)
     with pytest.raises(ValueError, match="chord error: must be > 0"):
-        LINERS["drum"].touches(np.zeros((1, 2)), RADIUS, chord_error=-1.0)
+        LINERS["drum"].contacts(np.zeros((1, 2)), RADIUS, chord_error=-1.0)

@@ -1,0 +1,309 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/liner/polygon.h"
+#include "core/liner/profile.h"
+
+namespace millscale::liner {
+
+/// The profile that a wall with the given chord error [m] has: chords in place of arcs. The wall
+/// counts the chords of an arc as one surface. That holds while the contacts with two neighbouring
+/// chords lie within one Hertz patch, so for small folds; as in the engine's meshes (`curvature`) a
+/// fold of 60 degrees is refused. Throws std::invalid_argument.
+inline Profile wall_profile(const Profile& profile, double chord_error)
+{
+  Profile chorded = with_chords(profile, chord_error);
+  double fold = 0.0;
+  for (std::size_t i = 0; i < chorded.pieces().size(); ++i)
+    if (chorded.nodes()[i].continues) fold = std::max(fold, chorded.pieces()[i].turn);
+  if (!(fold < pi / 3.0))
+    reject("chord error",
+                   "gives chords that fold by " + format(fold) +
+                       " rad; a wall takes folds < pi/3 rad, so chord errors < " +
+                       format(profile.radius() * (1.0 - std::cos(pi / 6.0))) +
+                       " m, or less for arcs of smaller radii",
+                   chord_error);
+  return chorded;
+}
+
+/// One contact of a ball with the liner.
+struct Contact {
+  double overlap;  ///< > 0 [m]
+  int surface;     ///< index of the surface, as of Profile::surface
+  Face face;       ///< of an edge: of the piece behind it in the direction of rotation
+  int sector;      ///< of the groove, or of the lifter for its faces and top
+  Point normal;    ///< from the liner to the ball's centre, unit vector
+};
+
+/// The contacts of a ball, each with another surface; of more than `most` the deepest.
+struct Contacts {
+  static constexpr int most = 3;
+  int count = 0;
+  std::array<Contact, most> contact;
+};
+
+/// What the last search for a ball's contacts leaves for the next, so that most searches are short.
+struct LastSearch {
+  int sector = -1;     ///< that the centre was in; -1: not known
+  double clear = 0.0;  ///< distance the centre can move, in the mill's frame, without a contact [m];
+                       ///< 0 if the ball is in contact
+};
+
+/// Finds the contacts of many balls with one liner: what does not depend on the ball is worked out
+/// once.
+///
+/// A contact is a local minimum of the distance to the liner that is less than the ball's radius: a
+/// point of a piece that the centre projects onto, or a convex edge. Each surface has one contact,
+/// the nearest. So a concave corner gives two contacts, a convex edge one, and over a smooth joint,
+/// or from chord to chord of an arc, a contact goes on: two contacts there would double the force.
+/// Balls must fit into the liner: they reach no farther than the sectors beside their own.
+class ContactFinder {
+ public:
+  /// The search is fastest for balls of up to `usual_radius` [m].
+  ContactFinder(const Profile& profile, double usual_radius)
+      : profile_(profile),
+        reach_(2.0 * usual_radius),
+        slack_(1e-12 * profile.radius()),
+        phase_(std::remainder(profile.phase(), 2.0 * pi)),
+        per_pitch_(1.0 / profile.pitch()),
+        cos_half_pitch_(std::cos(0.5 * profile.pitch())),
+        sin_half_pitch_(std::sin(0.5 * profile.pitch()))
+  {
+    for (int k = 0; k < profile.sectors(); ++k) frames_.emplace_back(profile.sector_angle(k));
+    for (const PlacedPiece& placed : profile_.around()) {
+      all_.push_back(candidate(placed));
+      if (may_be_in_reach(placed.piece)) near_.push_back(all_.back());
+    }
+  }
+
+  const Profile& profile() const { return profile_; }
+  /// Distance from the axis that no part of the liner falls below [m].
+  double clear_radius() const { return profile_.clear_radius(); }
+
+  /// Contacts of a ball of a radius [m] at a point of the cavity. `p` is in the frame of the mill at
+  /// rest.
+  Contacts contacts(Point p, double ball_radius) const
+  {
+    LastSearch last;
+    return contacts(p, ball_radius, last);
+  }
+
+  /// The same, beginning with what the ball's last search left in `last`.
+  Contacts contacts(Point p, double ball_radius, LastSearch& last) const
+  {
+    const double distance = std::sqrt(p.x * p.x + p.z * p.z);
+    const double clear = clear_radius() - ball_radius;
+    if (clear > 0.0 && !(distance >= clear)) {  // also for NaN positions
+      last.clear = clear - distance;
+      return {};
+    }
+    const Local at = settle(p, last.sector);
+    const bool usual = 2.0 * ball_radius <= reach_;
+    Minima minima;
+    search(usual ? near_ : all_, at, ball_radius, minima);
+    if (minima.nearest.distance < 0.0) {
+      // The centre is in the wall, or the nearest pieces are out of the usual reach.
+      minima = {};
+      search(all_, at, ball_radius, minima);
+      if (minima.nearest.distance < 0.0) {
+        minima.count = 1;
+        minima.of_surface[0] = minima.nearest;
+      }
+    }
+    double free = std::abs(minima.nearest.distance);
+    if (usual) free = std::min(free, reach_);
+    last.clear = minima.count > 0 ? 0.0 : std::max(0.0, free - ball_radius);
+    return contacts_at(minima, at, ball_radius, last.sector);
+  }
+
+ private:
+  /// A piece as the search needs it, in the frame of a sector's centre line.
+  struct Candidate {
+    Local begin, tangent;  ///< of the piece, there
+    double length;         ///< of a line [m]
+    double arc_radius;     ///< as of Node [m]
+    Local centre, middle;  ///< of an arc
+    double cos_half_angle;
+    Local before;        ///< unit tangent of the piece before, where it ends
+    bool begins_convex;  ///< at a convex edge
+    int surface;         ///< index of its surface, if the frame is that of sector 0
+    Face face;
+    int ahead;  ///< sector of its groove or lifter less the frame's
+  };
+
+  /// A local minimum of the distance.
+  struct Minimum {
+    double distance = INFINITY;  ///< < 0: on the wall's side [m]
+    const Candidate* candidate = nullptr;
+    bool at_edge = false;
+  };
+  struct Minima {
+    int count = 0;
+    std::array<Minimum, Contacts::most> of_surface;  ///< nearer than the radius
+    Minimum nearest;                                 ///< by its absolute value
+
+    void add(const Minimum& found)
+    {
+      int k = 0;
+      while (k < count && of_surface[k].candidate->surface != found.candidate->surface) ++k;
+      if (k == count && count < Contacts::most)
+        of_surface[count++] = found;
+      else {
+        if (k == count)
+          k = static_cast<int>(std::max_element(of_surface.begin(), of_surface.end(),
+                                                [](const Minimum& a, const Minimum& b) {
+                                                  return a.distance < b.distance;
+                                                }) -
+                               of_surface.begin());
+        if (found.distance < of_surface[k].distance) of_surface[k] = found;
+      }
+    }
+  };
+
+  Candidate candidate(const PlacedPiece& placed) const
+  {
+    const Piece& piece = placed.piece;
+    return {piece.begin,
+            piece.tangent_begin,
+            piece.length,
+            piece.arc_radius,
+            piece.centre,
+            piece.middle,
+            std::cos(piece.half_angle),
+            turned(piece.tangent_begin, -piece.turn),
+            piece.turn < 0.0,
+            profile_.surface(piece, placed.offset),
+            piece.face,
+            placed.offset + piece.ahead};
+  }
+
+  /// Whether the piece may come nearer to a point of its frame's sector than the usual reach. By
+  /// points of the piece; between two of them it is nearer by half their distance at most.
+  bool may_be_in_reach(const Piece& piece) const
+  {
+    constexpr int parts = 64;
+    const double half_pitch = 0.5 * profile_.pitch(), between = piece.length / parts;
+    for (int i = 0; i <= parts; ++i) {
+      const double share = static_cast<double>(i) / parts;
+      const double sweep = piece.half_angle * (2.0 * share - 1.0);
+      const Local p =
+          piece.is_arc()
+              ? piece.centre + std::abs(piece.arc_radius) *
+                                   turned(piece.middle, piece.arc_radius > 0.0 ? sweep : -sweep)
+              : piece.begin + share * piece.length * piece.tangent_begin;
+      const double beyond = std::abs(std::atan2(p.tangential, p.radial)) - half_pitch;
+      const double off = beyond <= 0.0        ? 0.0
+                         : beyond < 0.5 * pi ? length(p) * std::sin(beyond)
+                                             : length(p);
+      if (off - between <= reach_) return true;
+    }
+    return false;
+  }
+
+  void search(const std::vector<Candidate>& candidates, Local at, double ball_radius,
+              Minima& minima) const
+  {
+    for (const Candidate& candidate : candidates) {
+      Minimum found;
+      if (!find_minimum(candidate, at, found)) continue;
+      found.candidate = &candidate;
+      if (std::abs(found.distance) < std::abs(minima.nearest.distance)) minima.nearest = found;
+      if (found.distance >= 0.0 && found.distance < ball_radius) minima.add(found);
+    }
+  }
+
+  /// The local minimum of the distance on a piece and on the convex edge where it begins; false if
+  /// there is none. The ends reach a little too far, so that no point falls between two pieces;
+  /// of two that claim it the nearer counts, as they are of one surface.
+  bool find_minimum(const Candidate& c, Local at, Minimum& found) const
+  {
+    const Local gap = at - c.begin;
+    const double along = dot(gap, c.tangent);
+    if (c.arc_radius == 0.0) {
+      if (along > c.length + slack_) return false;
+      if (along >= -slack_) {
+        found.distance = cross(c.tangent, gap);
+        return true;
+      }
+    } else {
+      const Local arm = at - c.centre;
+      const double from_centre = length(arm);
+      if (dot(arm, c.middle) >= from_centre * c.cos_half_angle - slack_) {
+        found.distance =
+            c.arc_radius > 0.0 ? c.arc_radius - from_centre : from_centre + c.arc_radius;
+        return true;
+      }
+      if (along >= 0.0) return false;
+    }
+    if (!c.begins_convex || dot(gap, c.before) < -slack_) return false;
+    found.distance = length(gap);
+    found.at_edge = true;
+    return true;
+  }
+
+  Contacts contacts_at(const Minima& minima, Local at, double ball_radius, int sector) const
+  {
+    Contacts result;
+    for (; result.count < minima.count; ++result.count) {
+      const Minimum& minimum = minima.of_surface[result.count];
+      const Candidate& c = *minimum.candidate;
+      const Local normal = minimum.at_edge ? (1.0 / minimum.distance) * (at - c.begin)
+                           : c.arc_radius == 0.0
+                               ? left_of(c.tangent)
+                               : (c.arc_radius > 0.0 ? -1.0 : 1.0) / length(at - c.centre) *
+                                     (at - c.centre);
+      result.contact[result.count] = {ball_radius - minimum.distance,
+                                      profile_.surface_from(c.surface, sector), c.face,
+                                      detail::wrapped(sector + c.ahead, profile_.sectors()),
+                                      frames_[sector].point(normal)};
+    }
+    return result;
+  }
+
+  /// Sector a point lies in, to single precision.
+  int sector_of(Point p) const
+  {
+    const float angle = std::atan2(static_cast<float>(-p.x), static_cast<float>(-p.z));
+    const double turns = (angle - phase_) * per_pitch_;  // at least -n
+    const int n = profile_.sectors(), sector = static_cast<int>(turns + n + 0.5);
+    return sector >= 2 * n ? sector - 2 * n : sector >= n ? sector - n : sector;
+  }
+
+  /// Sets the sector that holds a point, and returns the point in its frame. The last one is tried
+  /// first: an arc tangent costs as much as all the rest.
+  Local settle(Point p, int& sector) const
+  {
+    const int n = profile_.sectors();
+    if (n == 1) {
+      sector = 0;
+      return frames_[0].local(p);
+    }
+    if (sector < 0) sector = sector_of(p);
+    Local at = frames_[sector].local(p);
+    if (in_sector(at)) return at;
+    sector = sector_of(p);
+    at = frames_[sector].local(p);
+    if (in_sector(at)) return at;
+    // On the border of two sectors both give the same.
+    sector = detail::wrapped(at.tangential > 0.0 ? sector + 1 : sector - 1, n);
+    return frames_[sector].local(p);
+  }
+
+  bool in_sector(Local at) const
+  {
+    return std::abs(at.tangential) * cos_half_pitch_ <= at.radial * sin_half_pitch_;
+  }
+
+  Profile profile_;
+  double reach_;  ///< pieces farther from a sector are not in near_ [m]
+  double slack_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_;
+  std::vector<Frame> frames_;  ///< of the sectors' centre lines
+  std::vector<Candidate> near_, all_;
+};
+
+}  // namespace millscale::liner

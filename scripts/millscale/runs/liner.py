@@ -1,0 +1,54 @@
+"""The liner's cross-section in a case.json: how it is written and how it is read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from millscale import _core
+from millscale.runs.case_file import Mill
+
+
+def liner_keys(liner: _core.Profile) -> dict[str, Any]:
+    """Return the keys of a cross-section, which `physical` and `mill` share.
+
+    A shape that is not of trapezoidal lifters has its sectors as `lifters`, its smallest radius as
+    `lifter_top_radius_m` and its narrowest width as `groove_width_m`.
+    """
+    if isinstance(liner, _core.Lifters):
+        return {
+            "lifter_top_radius_m": liner.lifter_top_radius,
+            "lifter_top_width_m": liner.lifter_top_width,
+            "groove_width_m": liner.groove_width,
+            "lifters": liner.lifters,
+            "face_angle_deg": math.degrees(liner.face_angle),
+        }
+    return {
+        "lifter_top_radius_m": liner.clear_radius,
+        "lifter_top_width_m": 0.0,
+        "groove_width_m": liner.narrowest_width,
+        "lifters": liner.sectors,
+        "face_angle_deg": 0.0,
+    }
+
+
+def profile_rows(liner: _core.Profile) -> tuple[tuple[float, float, float, int, int], ...] | None:
+    """Return the nodes of a shape that the keys do not describe; None for lifters."""
+    return None if isinstance(liner, _core.Lifters) else tuple(liner.nodes)
+
+
+def liner_of(mill: Mill | Mapping[str, Any]) -> _core.Profile:
+    """Return the liner that the part `mill` of a case.json describes."""
+    keys = msgspec.to_builtins(mill)
+    if keys.get("profile"):
+        return _core.Profile(keys["profile"], keys["lifters"], keys["phase_rad"])
+    widths = ("lifter_top_radius_m", "lifter_top_width_m", "groove_width_m")
+    return _core.Lifters(
+        keys["radius_m"],
+        *(keys[width] if keys["lifters"] else 0.0 for width in widths),
+        keys["lifters"],
+        keys["phase_rad"],
+    )

@@ -1,0 +1,312 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "core/liner/area.h"
+#include "core/liner/contacts.h"
+#include "core/liner/groove_box.h"
+#include "core/liner/nearest.h"
+#include "core/liner/offset.h"
+#include "core/liner/paper_liners.h"
+#include "core/liner/polygon.h"
+
+namespace {
+
+using namespace millscale::liner;
+using millscale::pi;
+using namespace millscale::test;
+
+/// A sector that no maker makes: a steep and a flat face, a rounded crest and a rounded edge, two
+/// grooves, of which one is an arc that is not centred on the axis. It is not symmetric.
+Profile made_up(int sectors = 9, double phase = 0.4)
+{
+  const double half = pi / sectors;
+  const auto at = [half](double radius, double share) {
+    return Local{radius * std::cos(share * half), radius * std::sin(share * half)};
+  };
+  return {{{at(1.00, -1.0), 0.4, Face::groove},    // arc, centre in the cavity
+           {at(1.01, -0.5), 0.0, Face::trailing},  // concave corner, steep
+           {at(0.86, -0.42), -0.17 * half, Face::top},  // crest, arc with its centre in the wall
+           {at(0.87, -0.2), 0.0, Face::top},       // flat
+           {at(0.88, 0.0), 0.0, Face::leading},    // convex edge
+           {at(0.99, 0.35), 0.0, Face::groove}},   // concave corner
+          sectors,
+          phase};
+}
+
+/// Crests and valleys of arcs that join smoothly: no corner at all.
+Profile smooth_wave(int sectors)
+{
+  // Two circles of the radius r touch on the sector's border and on its middle: their centres lie
+  // at 1 + r and at R - r, the angle between them is half a pitch.
+  const double half = pi / sectors, valley = 0.9;
+  // |valley - crest|^2 = (2 r)^2 with the crest's centre at distance q.
+  const double q = 1.02, r = 0.5 * std::sqrt(valley * valley + q * q - 2.0 * valley * q * std::cos(half));
+  const Local low{valley, 0.0};
+  const Local before{q * std::cos(half), -q * std::sin(half)}, after{q * std::cos(half), q * std::sin(half)};
+  return {{{0.5 * (low + before), r, Face::groove}, {0.5 * (low + after), -r, Face::groove}},
+          sectors,
+          0.1};
+}
+
+/// Profiles that are not of trapezoids, and one that is.
+std::vector<Profile> profiles()
+{
+  return {made_up(), made_up(3, -2.0), made_up(16, 0.0), smooth_wave(12), smooth_wave(24), trapezoid_mill()};
+}
+
+/// Points of the whole liner, `per_piece` on each piece.
+std::vector<Point> samples(const Profile& profile, int per_piece)
+{
+  std::vector<Point> result;
+  for (int k = 0; k < profile.sectors(); ++k) {
+    const Frame frame(profile.sector_angle(k));
+    for (const Piece& piece : profile.pieces())
+      for (int i = 0; i < per_piece; ++i) {
+        const double share = static_cast<double>(i) / per_piece;
+        if (!piece.is_arc()) {
+          result.push_back(frame.point(piece.begin + share * (piece.end - piece.begin)));
+          continue;
+        }
+        // By the angle between the ends, not by the middle.
+        const Local from = piece.begin - piece.centre, to = piece.end - piece.centre;
+        const double sweep = std::atan2(cross(from, to), dot(from, to));
+        result.push_back(frame.point(piece.centre + turned(from, share * sweep)));
+      }
+  }
+  return result;
+}
+
+std::vector<Point> random_points(double radius, int count)
+{
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> coordinate(-1.1 * radius, 1.1 * radius);
+  std::vector<Point> points;
+  for (int i = 0; i < count; ++i) {
+    const double x = coordinate(random);
+    points.push_back({x, coordinate(random)});
+  }
+  return points;
+}
+
+/// By counting crossings of a ray with the sampled outline.
+bool within(const std::vector<Point>& outline, Point q)
+{
+  bool result = false;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Point a = outline[i], b = outline[(i + 1) % outline.size()];
+    if ((a.z > q.z) != (b.z > q.z) && q.x < a.x + (q.z - a.z) / (b.z - a.z) * (b.x - a.x))
+      result = !result;
+  }
+  return result;
+}
+
+TEST(Profile, NearestPointIsThatOfManySamples)
+{
+  for (const Profile& profile : profiles()) {
+    const std::vector<Point> outline = samples(profile, 1000);
+    double spacing = 0.0;
+    for (const Piece& piece : profile.pieces()) spacing = std::max(spacing, piece.length / 1000);
+    for (const Point q : random_points(profile.radius(), 300)) {
+      double best = INFINITY;
+      for (const Point s : outline) best = std::min(best, length(q - s));
+      const Nearest found = nearest(profile, q);
+      // The nearest sample is at most half a spacing along the liner from the nearest point.
+      EXPECT_LE(std::abs(found.distance), best + 1e-12);
+      EXPECT_GE(std::abs(found.distance), best - 0.5 * spacing);
+      if (best > spacing) {
+        EXPECT_EQ(found.distance > 0.0, within(outline, q)) << q.x << ' ' << q.z;
+      }
+      EXPECT_NEAR(found.point.x + found.distance * found.normal.x, q.x, 1e-13);
+      EXPECT_NEAR(found.point.z + found.distance * found.normal.z, q.z, 1e-13);
+      EXPECT_EQ(inside(profile, q), found.distance >= 0.0);
+    }
+  }
+}
+
+TEST(Profile, AreaIsTheLimitOfThePolygons)
+{
+  for (const Profile& profile : profiles()) {
+    const double exact = area(profile);
+    for (const double chord_error : {1e-4, 1e-6}) {
+      const Polygon p = polygon(profile, chord_error);
+      double twice = 0.0, perimeter = 0.0;
+      for (std::size_t i = 0; i < p.nodes.size(); ++i) {
+        const Point a = p.nodes[i], b = p.nodes[(i + 1) % p.nodes.size()];
+        twice += a.z * b.x - a.x * b.z;
+        perimeter += length(b - a);
+      }
+      // A chord cuts off two thirds of chord times sagitta.
+      EXPECT_NEAR(0.5 * twice, exact, 2.0 / 3.0 * perimeter * chord_error + 1e-12);
+    }
+  }
+}
+
+TEST(Profile, RadiiAreTheLeastAndTheLargestOfManySamples)
+{
+  for (const Profile& profile : profiles()) {
+    double least = INFINITY, largest = 0.0;
+    for (const Point s : samples(profile, 1000)) {
+      least = std::min(least, length(s));
+      largest = std::max(largest, length(s));
+    }
+    EXPECT_LE(profile.clear_radius(), least + 1e-12);
+    EXPECT_NEAR(profile.clear_radius(), least, 1e-6);
+    EXPECT_GE(profile.radius(), largest - 1e-12);
+    EXPECT_NEAR(profile.radius(), largest, 1e-6);
+  }
+}
+
+TEST(Profile, ContactsLieOnTheLinerEachOnAnotherSurfaceTheDeepestAtTheNearestPoint)
+{
+  for (const Profile& profile : profiles()) {
+    const double radius = 0.02 * profile.radius();
+    const ContactFinder finder(profile, radius);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> psi(-pi, pi),
+        distance(profile.clear_radius() - radius, profile.radius());
+    int touching = 0, twice = 0;
+    for (int i = 0; i < 20'000; ++i) {
+      const Point p = Frame(psi(random)).point({distance(random), 0.0});
+      const Nearest exact = nearest(profile, p);
+      if (exact.distance < 0.0) continue;
+      LastSearch last;
+      const Contacts found = finder.contacts(p, radius, last);
+      ASSERT_EQ(found.count > 0, exact.distance < radius);
+      EXPECT_LE(last.clear, std::max(0.0, exact.distance - radius) + 1e-12);
+      if (found.count == 0) continue;
+      ++touching;
+      twice += found.count > 1;
+      double deepest = 0.0;
+      for (int c = 0; c < found.count; ++c) {
+        const Contact& contact = found.contact[c];
+        deepest = std::max(deepest, contact.overlap);
+        // The contact's point lies on the liner, at the distance that leaves the overlap.
+        const double away = radius - contact.overlap;
+        const Point on{p.x - away * contact.normal.x, p.z - away * contact.normal.z};
+        EXPECT_NEAR(nearest(profile, on).distance, 0.0, 1e-12);
+        EXPECT_NEAR(length(contact.normal), 1.0, 1e-12);
+        for (int d = 0; d < c; ++d) EXPECT_NE(contact.surface, found.contact[d].surface);
+      }
+      EXPECT_NEAR(deepest, radius - exact.distance, 1e-12);
+    }
+    EXPECT_GT(touching, 1'000);
+    if (profile.surfaces_per_sector() > 0) {
+      EXPECT_GT(twice, 10);
+    } else {
+      EXPECT_EQ(twice, 0);
+    }
+  }
+}
+
+TEST(Profile, OverlapChangesNoFasterThanTheCentreMovesOverJointsAndEdges)
+{
+  // Around each liner at one distance from it: no jump at any joint, edge or border of sectors.
+  for (const Profile& profile : profiles()) {
+    const double radius = 0.02 * profile.radius(), step = 1e-4 * radius;
+    const ContactFinder finder(profile, radius);
+    for (const Piece& piece : profile.pieces()) {
+      const Local normal = left_of(piece.tangent_begin);
+      double before = -1.0;
+      for (int i = -2'000; i <= 2'000; ++i) {
+        const Local at = piece.begin + 0.5 * radius * normal + i * step * piece.tangent_begin;
+        const Point p = Frame(profile.sector_angle(0)).point(at);
+        if (nearest(profile, p).distance < 0.0) {
+          before = -1.0;
+          continue;
+        }
+        const Contacts found = finder.contacts(p, radius);
+        double deepest = 0.0;
+        for (int c = 0; c < found.count; ++c) deepest = std::max(deepest, found.contact[c].overlap);
+        if (before >= 0.0) {
+          ASSERT_LE(std::abs(deepest - before), step * (1.0 + 1e-6));
+        }
+        before = deepest;
+      }
+    }
+  }
+}
+
+TEST(Profile, ConcaveCornersPartSurfacesSmoothJointsAndConvexEdgesDoNot)
+{
+  EXPECT_EQ(made_up().surfaces_per_sector(), 3);
+  EXPECT_EQ(trapezoid_mill().surfaces_per_sector(), 2);
+  EXPECT_EQ(smooth_wave(12).surfaces_per_sector(), 0);
+  EXPECT_EQ(wall_profile(smooth_wave(12), 1e-3).surfaces_per_sector(), 0);
+  EXPECT_EQ(wall_profile(made_up(), 1e-4).surfaces_per_sector(), 3);
+  const Lifters drum{Widths{1.0, 0.0, 0.0, 0.0, 0, 0.0}};
+  EXPECT_EQ(drum.surfaces_per_sector(), 0);
+  EXPECT_EQ(wall_profile(drum, 1e-3).surfaces_per_sector(), 0);
+}
+
+TEST(Profile, OffsetMovesEveryPieceByTheDistance)
+{
+  for (const Profile& profile : profiles())
+    for (const double distance : {0.01, -0.01}) {
+      const Profile moved = offset(profile, distance);
+      for (std::size_t i = 0; i < moved.pieces().size(); ++i) {
+        const Piece &piece = moved.pieces()[i], &was = profile.pieces()[i];
+        for (const double share : {0.1, 0.5, 0.9}) {
+          const double sweep = piece.half_angle * (2.0 * share - 1.0);
+          const Local at =
+              piece.is_arc() ? piece.centre + std::abs(piece.arc_radius) * turned(piece.middle, sweep)
+                             : piece.begin + share * (piece.end - piece.begin);
+          const double away = was.is_arc()
+                                  ? std::abs(length(at - was.centre) - std::abs(was.arc_radius))
+                                  : std::abs(cross(was.tangent_begin, at - was.begin));
+          EXPECT_NEAR(away, std::abs(distance), 1e-9);
+        }
+      }
+      const Profile back = offset(moved, -distance);
+      for (std::size_t i = 0; i < back.nodes().size(); ++i)
+        EXPECT_LT(length(back.nodes()[i].point - profile.nodes()[i].point), 1e-9);
+    }
+}
+
+TEST(Profile, OffsetOfLiftersIsThatOfTheirDimensions)
+{
+  for (const Lifters& liner : various_liners()) {
+    const Lifters by_dimensions = offset_scaled(liner, 1.7, 0.01);
+    const Profile by_pieces = offset_scaled(static_cast<const Profile&>(liner), 1.7, 0.01);
+    ASSERT_EQ(by_pieces.nodes().size(), by_dimensions.nodes().size());
+    for (std::size_t i = 0; i < by_pieces.nodes().size(); ++i)
+      EXPECT_LT(length(by_pieces.nodes()[i].point - by_dimensions.nodes()[i].point), 1e-13);
+  }
+}
+
+TEST(Profile, OffsetRefusesToLoseAPiece)
+{
+  EXPECT_THROW(offset(made_up(), 0.5), std::invalid_argument);
+  EXPECT_THROW(offset(made_up(), -0.07), std::invalid_argument);  // the crest's arc
+  EXPECT_THROW(offset(trapezoid_mill(), -0.2), std::invalid_argument);
+}
+
+TEST(Profile, NarrowestWidthOfLiftersIsThatOfFootOrMouth)
+{
+  for (const Lifters& liner : various_liners()) {
+    if (liner.lifters() == 0) continue;
+    const double half_pitch = 0.5 * liner.pitch();
+    const double mouth = 2.0 * (liner.corner().radial * std::sin(half_pitch) -
+                                liner.corner().tangential * std::cos(half_pitch));
+    EXPECT_NEAR(narrowest_width(liner), std::min(mouth, liner.groove_width()), 1e-14);
+  }
+  EXPECT_DOUBLE_EQ(narrowest_width(Lifters(Widths{2.0, 0.0, 0.0, 0.0, 0, 0.0})), 4.0);
+}
+
+TEST(Profile, RefusesPiecesThatDoNotGoOnceAroundTheAxis)
+{
+  const Local a{1.0, -0.1}, b{1.0, 0.1};
+  EXPECT_THROW(Profile({}, 5, 0.0), std::invalid_argument);
+  EXPECT_THROW(Profile({{a}, {a}}, 5, 0.0), std::invalid_argument);
+  EXPECT_THROW(Profile({{{NAN, 0.0}}, {b}}, 5, 0.0), std::invalid_argument);
+  EXPECT_THROW(Profile({{a, 0.05}, {b}}, 5, 0.0), std::invalid_argument);  // a chord of 0.2 m
+  EXPECT_THROW(Profile({{a}, {b}}, 1, 0.0), std::invalid_argument);        // not around the axis
+  EXPECT_THROW(Profile({{a}}, 0, 0.0), std::invalid_argument);
+  EXPECT_NO_THROW(Profile({{a}, {b}}, 5, 0.0));
+}
+
+}  // namespace
