@@ -29,7 +29,8 @@ COMMANDS = list(commands(typer.main.get_command(app)))
 
 def test_every_task_is_a_command():
     assert {" ".join(words) for words in COMMANDS} == {
-        *("plan", "generate", "run", "status", "verify", "report", "study", "bench output-cost"),
+        *("plan", "generate", "run", "status", "verify", "report", "study", "predict"),
+        "bench output-cost",
         *(
             f"analyse {name}"
             for name in ("case", "pair", "groups", "campaigns", "variants", "paraview", "pictures")
