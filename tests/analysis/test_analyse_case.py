@@ -34,7 +34,7 @@ def test_throw_reads_back_as_the_flight_it_was(folder):
     assert_allclose(flight.length, result["throws"][0]["flight_length_rad"])
 
 
-def test_case_without_a_throw_has_a_result_that_says_so(tmp_path):
+def test_case_without_a_throw_has_a_result_with_the_reason(tmp_path):
     case = case_document("single-ball", "constant-gravity", "paper", 1.0)
     motion = Motion(case)
     motion.carry(2.8)

@@ -28,7 +28,7 @@ def test_window_of_the_comparison_is_that_of_table_8():
 
 
 @pytest.mark.parametrize("S", [3.9 / 3.6, 1.083, 3.9 / 2.3])
-def test_a_model_of_the_paper_is_found_by_its_radii_or_its_rounded_s(S):
+def test_a_mill_of_the_paper_is_found_by_its_radii_or_its_rounded_s(S):
     assert paper.reported_energy("constant-gravity", S) is not None
 
 

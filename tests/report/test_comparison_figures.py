@@ -56,7 +56,7 @@ def test_balls_smaller_than_a_pixel_are_seen():
     assert 1 <= np.any(picture < 250, axis=2).sum() <= 4
 
 
-def test_sheet_has_a_row_for_each_model_and_a_column_for_each_angle(comparison):
+def test_sheet_has_a_row_for_each_mill_and_a_column_for_each_angle(comparison):
     charges = comparison.charges.every[:2]
     figure = snapshot_sheet(charges, [0.5, 0.75, 1.0])
     assert len(figure.axes) == 6
@@ -68,7 +68,7 @@ def test_sheet_has_a_row_for_each_model_and_a_column_for_each_angle(comparison):
     assert np.any(drawn[..., 2] > drawn[..., 0] + 50)
 
 
-def test_contours_of_the_physical_mill_are_black_and_of_all_models(comparison):
+def test_contours_of_all_mills_are_drawn_and_of_the_physical_mill_in_black(comparison):
     figure = shape_figures.contours(comparison.measured, comparison.charges.every)
     axes = figure.axes[0]
     colours = [to_hex(line.get_color()) for line in axes.lines if line.get_label()[0] == "S"]

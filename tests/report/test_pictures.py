@@ -73,7 +73,7 @@ def test_colours_follow_the_start_by_id():
     assert starts_on_rising_side(later, first).tolist() == [True, False]
 
 
-def test_ball_unknown_at_the_start_is_told():
+def test_ball_unknown_at_the_start_is_refused():
     first = balls([-1.0], [0], [0], [0.1])
     later = balls([2.0], [0], [0], [0.1], ids=[7], step=9)
     with pytest.raises(ValueError, match="ball 7 of step 9 is not in step 0"):
@@ -118,13 +118,13 @@ def test_case_is_drawn_in_a_process_of_its_own(charge_folder, tmp_path):
     assert first_dump(charge_folder).step == 0
 
 
-def test_drawing_that_fails_says_why(charge_folder, tmp_path, monkeypatch):
+def test_drawing_that_fails_has_a_cause(charge_folder, tmp_path, monkeypatch):
     monkeypatch.setattr("sys.executable", "false")
     with pytest.raises(RunFolderError, match=r"drawing failed \(exit code 1\).*libegl1"):
         draw_pictures(charge_folder, [0.6], tmp_path)
 
 
-def test_case_without_dumps_is_told(folder, tmp_path):
+def test_case_without_dumps_is_refused(folder, tmp_path):
     with pytest.raises(RunFolderError, match="no dumps"):
         draw_pictures(folder, [1.0], tmp_path)
 

@@ -170,7 +170,7 @@ def test_page_shows_ours_beside_the_paper(page):
     assert "nan" not in page.text
 
 
-def test_results_json_holds_the_promised_keys(built):
+def test_results_json_has_rows_for_all_cases(built):
     results = json.loads((built.parent / "results.json").read_text())
     assert results["schema"] == 1
     assert results["campaign"] == "synthetic"
@@ -226,7 +226,7 @@ def test_a_case_that_the_campaign_now_describes_otherwise_is_left_out(runs, tmp_
     assert load_campaign(copy).missing == {"sb-cg-paper-S1.000": OUTDATED}
 
 
-def test_partial_campaign_says_what_is_missing(runs, tmp_path, monkeypatch):
+def test_partial_campaign_lists_what_is_missing(runs, tmp_path, monkeypatch):
     copy = tmp_path / "runs"
     shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("mb-*"))
     (copy / "cases/sb-cs-paper-S1.000/series.csv").unlink()

@@ -20,19 +20,19 @@ from synthetic_throw import write_throws
 
 @pytest.fixture
 def case() -> dict:
-    """case.json of the physical mill with a single ball."""
+    """Return case.json of the physical mill with a single ball."""
     return case_document("single-ball", "constant-gravity", "paper", 1.0)
 
 
 @pytest.fixture
 def folder(case, tmp_path) -> Path:
-    """Its case folder, the engine's stage done."""
+    """Return its case folder, whose engine stage is done."""
     return write_case(tmp_path, case, usual_motion(case).series())
 
 
 @pytest.fixture(scope="session")
 def runs(tmp_path_factory) -> Path:
-    """A finished campaign: three S, two schemes, three policies, and two charges. Read only."""
+    """Return a finished campaign: three S, two schemes, three policies, two charges. Read only."""
     runs = tmp_path_factory.mktemp("runs")
     folders = []
     for scheme in SCHEMES:
@@ -49,5 +49,5 @@ def runs(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def throws(tmp_path_factory) -> Path:
-    """A finished campaign of four charges with curtains. Read only."""
+    """Return a finished campaign of four charges with curtains. Read only."""
     return write_throws(tmp_path_factory.mktemp("throws"))

@@ -16,7 +16,7 @@ START = 0.1
 
 @dataclass(frozen=True)
 class Segment:
-    """A stretch of the motion: a parabola (`release`) or a ride on the circle from `psi`."""
+    """A part of the motion: a parabola (`release`), or with the mill on the circle from `psi`."""
 
     begin: float
     end: float
@@ -35,7 +35,7 @@ class Off:
 
 
 class Motion:
-    """Builds the motion of a ball of a case, segment by segment."""
+    """Motion of a ball of a case, segment by segment."""
 
     def __init__(self, case: dict[str, Any]) -> None:
         self.omega, self.gravity = case["mill"]["omega_rad_s"], case["mill"]["gravity_m_s2"]
@@ -52,11 +52,11 @@ class Motion:
         return self.segments[-1].end
 
     def place(self, psi: float) -> np.ndarray:
-        """Centre of the ball on its circle."""
+        """Return the centre of the ball on its circle."""
         return self.radius * np.array([-math.sin(psi), 0.0, -math.cos(psi)])
 
     def hop(self, psi: float, mill_turn: float) -> None:
-        """Fly to another place on the circle while the mill turns by `mill_turn`."""
+        """Fly to another point of the circle while the mill turns by `mill_turn`."""
         time = mill_turn / self.omega
         fall = np.array([0.0, 0.0, 0.5 * self.gravity * time])
         velocity = (self.place(psi) - self.place(self.psi)) / time + fall
@@ -64,7 +64,7 @@ class Motion:
         self.psi = psi
 
     def carry(self, angle: float, leaves_liner_at: float | None = None) -> None:
-        """Ride with the mill until `angle` from the vertical."""
+        """Move with the mill until `angle` from the vertical."""
         psi = math.pi - angle
         if leaves_liner_at is not None:
             time = self.now + (math.pi - leaves_liner_at - self.psi) / self.omega
@@ -86,7 +86,7 @@ class Motion:
         self.segments.append(Segment(self.now, self.now + time, release=release))
 
     def series(self) -> dict[str, np.ndarray]:
-        """Columns of series.csv, sampled every `sample` steps."""
+        """Return the columns of series.csv, sampled every `sample` steps."""
         rows, records = [], {"off": None, "flight": None, "offs": 0, "flights": 0}
         steps = np.arange(0, int(self.now / self.step) + 1, self.sample)
         launched = [s for s in self.segments if s.release]
@@ -154,7 +154,7 @@ def _off_columns(count: int, off: Off | None) -> dict[str, float]:
 
 
 def usual_motion(case: dict[str, Any], cycles: int = 2) -> Motion:
-    """Two hops at the start, then cycles of lift, throw and three hops down to the bottom.
+    """Return two hops at the start, then cycles of lift, throw and three hops down to the bottom.
 
     Before each throw the ball hops once near the lifter's tip, in the upper half.
     """

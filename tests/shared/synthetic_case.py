@@ -127,7 +127,7 @@ def typed(document: dict[str, Any]) -> Case:
 
 
 def widths(liner: _core.Lifters) -> dict[str, float]:
-    """Liner keys shared by `physical` and `mill`."""
+    """Return the liner keys shared by `physical` and `mill`."""
     return {
         "lifter_top_radius_m": liner.lifter_top_radius,
         "lifter_top_width_m": liner.lifter_top_width,
@@ -138,7 +138,7 @@ def widths(liner: _core.Lifters) -> dict[str, float]:
 
 
 def timing_document(balls: int, steps: int) -> dict[str, Any]:
-    """timing.json."""
+    """Return the content of a timing.json."""
     return {
         "schema": 1,
         "stage": "rotate",
@@ -155,7 +155,7 @@ def timing_document(balls: int, steps: int) -> dict[str, Any]:
 
 
 def write_case(runs: Path, case: dict[str, Any], columns: dict[str, np.ndarray]) -> Path:
-    """A case folder whose engine stage is done."""
+    """Write a case folder whose engine stage is done."""
     folder = runs / "cases" / case["id"]
     folder.mkdir(parents=True)
     (folder / "case.json").write_text(json.dumps(case))
@@ -166,7 +166,7 @@ def write_case(runs: Path, case: dict[str, Any], columns: dict[str, np.ndarray])
 
 
 def finish_case(folder: Path) -> dict[str, Any]:
-    """Analyse a case folder and record how everything in it was made, as the stages do.
+    """Analyse a case folder and record its products, as the stages do.
 
     Returns:
         The content of result.json.
@@ -178,7 +178,7 @@ def finish_case(folder: Path) -> dict[str, Any]:
 
 
 def record_stages(folder: Path) -> None:
-    """provenance.json of a finished case; products that are not there count as removed since."""
+    """Write provenance.json of a finished case; missing products count as removed later."""
     case = json.loads((folder / "case.json").read_text())
 
     def digest(name: str) -> str:
@@ -198,7 +198,7 @@ def record_stages(folder: Path) -> None:
 
 
 def write_series(path: Path, columns: dict[str, np.ndarray]) -> None:
-    """series.csv with ten digits, as the engine prints."""
+    """Write series.csv with ten digits, as the engine prints."""
     np.savetxt(
         path,
         np.column_stack(list(columns.values())),
@@ -210,6 +210,6 @@ def write_series(path: Path, columns: dict[str, np.ndarray]) -> None:
 
 
 def write_campaign(runs: Path, ids: list[str]) -> None:
-    """campaign.json."""
+    """Write campaign.json."""
     content = {"schema": 1, "name": "synthetic", "about": "closed forms", "cases": ids}
     (runs / "campaign.json").write_text(json.dumps(content))

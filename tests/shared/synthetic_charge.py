@@ -63,7 +63,7 @@ def charge_columns(case: dict[str, Any], end: float = 1.0) -> dict[str, np.ndarr
 
 
 def block(case: dict[str, Any], balls: int) -> np.ndarray:
-    """(balls, 3) centres on a grid in the lower half."""
+    """Return centres in the lower half, (balls, 3)."""
     generator = np.random.default_rng(1)
     reach = 0.85 * case["mill"]["radius_m"]
     points = generator.uniform([-reach, 0.0, -reach], [reach, 0.38, 0.0], (20 * balls, 3))
@@ -71,7 +71,7 @@ def block(case: dict[str, Any], balls: int) -> np.ndarray:
 
 
 def write_dump(path: Path, step: int, centres: np.ndarray, case: dict[str, Any]) -> None:
-    """A LIGGGHTS custom dump, its balls in reverse order."""
+    """Write a LIGGGHTS custom dump, its balls in reverse order."""
     radius = case["ball"]["radius_m"]
     lines = [
         f"{i + 1} 1 {x:.9g} {y:.9g} {z:.9g} 0 0 0 {radius:g} "
@@ -86,7 +86,7 @@ def write_dump(path: Path, step: int, centres: np.ndarray, case: dict[str, Any])
 
 
 def write_liner(path: Path, case: dict[str, Any]) -> None:
-    """ASCII STL of the liner at rest, axis-long triangles."""
+    """Write an ASCII STL of the liner at rest, axis-long triangles."""
     outline = liner_outline(typed(case), 0.0)
     length = case["mill"]["length_m"]
     facets = []

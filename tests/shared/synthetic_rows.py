@@ -1,4 +1,4 @@
-"""Rows of a parameter study, made up: times and errors as given."""
+"""Synthetic rows of a parameter study, with given times and errors."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ def error(value, spread=0.0):
 
 
 def row(label, time, value, spread=0.0, **more):
-    """A setting with the same error of every kind."""
+    """Return a setting with the same error of every kind."""
     made = SettingRow(
         setting=label,
         label=label,

@@ -12,7 +12,7 @@ FRACTION = 0.55
 def packed_bed(
     radius: float, length: float, tilt: float, height: float, seed: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Balls of solid fraction FRACTION in the unit circle below a flat surface.
+    """Return balls of solid fraction FRACTION in the unit circle below a flat surface.
 
     One ball at a random place in each cell of a cubic grid, and only those whose centre is below
     the surface: evenly dense up to it, so that half the fraction lies on it.

@@ -25,7 +25,7 @@ FLOW_MEAN, FLOW_SHIFT = 0.03, 0.2
 
 
 def throw_case(scheme: str, S: float, seed: int, stiffness: str = "fixed") -> dict[str, Any]:
-    """case.json of a mill with large balls."""
+    """Return case.json of a mill with large balls."""
     case = case_document("multi-ball", scheme, "paper", S, 1, sample_angle=0.01)
     case["ball"]["radius_m"] = BALL_RADIUS / S
     case["seed"] = seed
@@ -35,8 +35,8 @@ def throw_case(scheme: str, S: float, seed: int, stiffness: str = "fixed") -> di
 
 
 def throw_columns(case: dict[str, Any], mill_angle: float) -> dict[str, np.ndarray]:
-    """Ball columns of a dump, lengths in m: the bed, in the liner as it stands, then two curtains,
-    the fourth and the sixth."""
+    """Return the ball columns of a dump, lengths in m: the bed inside the turned liner, then two
+    curtains, the fourth and the sixth."""
     unit = case["mill"]["radius_m"] - case["ball"]["radius_m"]
     scaled = case["S"] > 1.0
     a, length = case["ball"]["radius_m"] / unit, case["mill"]["simulated_length_m"] / unit
@@ -64,7 +64,7 @@ def throw_columns(case: dict[str, Any], mill_angle: float) -> dict[str, np.ndarr
 
 
 def write_throw(runs: Path, case: dict[str, Any], states: bool = True) -> Path:
-    """A case with series, dumps and liner.
+    """Write a case with series, dumps and liner.
 
     Args:
         states: whether dumps name the lifters and the series holds the mass in the box.
@@ -93,10 +93,10 @@ def write_throw(runs: Path, case: dict[str, Any], states: bool = True) -> Path:
 
 
 def write_throws(runs: Path) -> Path:
-    """A campaign: the physical mill, two seeds at S = 2.6, and its twin at constant speed."""
+    """Write a campaign: the physical mill, two seeds at S = 2.6, and its twin at constant speed."""
     folders = [
-        write_throw(runs, throw_case(*model))
-        for model in (
+        write_throw(runs, throw_case(*mill))
+        for mill in (
             ("constant-gravity", 1.0, 1),
             ("constant-gravity", 2.6, 1),
             ("constant-gravity", 2.6, 2),

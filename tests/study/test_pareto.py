@@ -67,7 +67,7 @@ def test_a_missing_error_leaves_a_setting_out_of_that_front_and_of_the_worst(mis
     json.dumps([asdict(r) for r in told.values()], allow_nan=False)
 
 
-def test_an_error_nobody_tells_does_not_count():
+def test_an_error_of_no_row_does_not_count():
     rows = [
         row("a", 1.0, 0.02, errors={n: error(None if n == "curtain" else 0.02) for n in STUDIED})
     ]
@@ -91,7 +91,7 @@ def test_the_cheapest_setting_whose_error_plus_spread_is_no_more_is_recommended(
     assert told[pareto.WORST, 0.10].bound == 0.04
 
 
-def test_if_none_is_good_enough_that_is_said_with_what_comes_nearest():
+def test_if_none_is_good_enough_the_nearest_is_named():
     told = pareto.recommendations([row("a", 1.0, 0.2), row("b", 9.0, 0.15, 0.01)])
     assert {r.setting for r in told} == {None}
     assert {r.nearest for r in told} == {"b"}

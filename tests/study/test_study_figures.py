@@ -57,6 +57,6 @@ def test_names_do_not_cover_each_other():
     assert len(boxes) == 9 and not covered
 
 
-def test_nothing_to_draw_is_said():
+def test_a_figure_without_points_has_a_note():
     (axes,) = time_against_error(ROWS[:1], "contour", "contour").axes
     assert axes.texts[0].get_text() == "not measured"

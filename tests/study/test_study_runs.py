@@ -68,7 +68,7 @@ def test_every_setting_is_run_once_and_a_case_made_twice_is_taken(finished):
 
 
 @pytest.mark.engine
-def test_the_results_hold_what_the_issue_asks_for(finished):
+def test_rows_have_times_and_all_errors(finished):
     content = json.loads((finished[0] / "runs/report/speed-against-error.json").read_text())
     rows = {row["setting"]: row for row in content["rows"]}
     assert list(rows) == ["reference", "default", "same"]

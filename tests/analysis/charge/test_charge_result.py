@@ -88,7 +88,7 @@ def test_a_start_that_differs_does_not_enter_the_means(charge_case):
         ("late", "its centre of mass drifts by "),
     ],
 )
-def test_a_charge_that_is_not_steady_says_why(charge_case, change, reason):
+def test_a_charge_that_is_not_steady_has_reasons(charge_case, change, reason):
     columns = charge_columns(charge_case, end=8.0)
     share = columns["mill_angle_rad"] / 8.0
     if change == "drift":
@@ -103,7 +103,7 @@ def test_a_charge_that_is_not_steady_says_why(charge_case, change, reason):
     assert any(text.startswith(reason) for text in steady.reasons), steady.reasons
 
 
-def test_lost_balls_and_deep_overlap_are_told(charge_case):
+def test_lost_balls_and_deep_overlap_are_in_the_result(charge_case):
     columns = charge_columns(charge_case)
     columns["balls"][-3:] -= 2
     columns["largest_overlap_m"] = np.full(columns["balls"].size, 5e-3)

@@ -141,7 +141,7 @@ def test_the_figure_shows_every_cause_as_a_share_of_the_work(ledger, tmp_path):
     ]
 
 
-def test_the_figure_says_that_there_were_no_impacts(ledger):
+def test_the_figure_without_impacts_has_a_note(ledger):
     impacts = dict.fromkeys(PAIRINGS, ImpactSpectrum((), (), (), ()))
     found = replace(energy_budget(ledger), impacts=impacts)
     assert [text.get_text() for text in energy_budget_figure(found).axes[1].texts] == ["no impacts"]

@@ -47,7 +47,7 @@ def test_only_flights_from_the_outermost_layer_count(case):
         assert throw_angle(Dump(0, spoiled), case) == pytest.approx(ANGLE, abs=1e-12)
 
 
-def test_few_balls_or_a_dump_that_does_not_tell_give_none(case):
+def test_few_balls_or_a_missing_column_give_none(case):
     columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
     few = np.where(np.arange(BALLS) < FEWEST_BALLS - 1, 1.0, 0.0)
     assert throw_angle(Dump(0, columns | {"c_detach[23]": few}), case) is None
