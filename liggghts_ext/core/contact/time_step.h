@@ -9,9 +9,9 @@
 
 namespace millscale::contact {
 
-/// Time a Rayleigh wave takes around a ball [s]: pi a sqrt(rho / G) / (0.1631 nu + 0.8766).
-/// Thornton, Randall, in: Micromechanics of Granular Materials (1988) 133. The customary yardstick
-/// of DEM time steps; steps of 5 to 20 % of it are usual, but see damping_time_step_limit.
+/// Return the time of a Rayleigh wave around a ball [s]: pi a sqrt(rho / G) / (0.1631 nu + 0.8766).
+/// Thornton, Randall, in: Micromechanics of Granular Materials (1988) 133. Time steps of DEM are
+/// usually 5 to 20 % of it, but see damping_time_step_limit.
 inline double rayleigh_time(const Material& material, double radius)
 {
   check(material);
@@ -20,10 +20,10 @@ inline double rayleigh_time(const Material& material, double radius)
          (0.1631 * material.poisson_ratio + 0.8766);
 }
 
-/// Mean overlap over ball radius of a bed of this depth [m] under its own weight:
-/// 1.06 (rho g d / E)^(2/3).
+/// Return the mean overlap over ball radius of a bed of this depth [m] under its own weight: 1.06
+/// (rho g d / E)^(2/3).
 ///
-/// Hertz contacts that carry the weight above them; the factor is from the 0.16 mm measured in the
+/// Hertz contacts carry the weight above them. The factor follows from the 0.16 mm measured in the
 /// S = 2.6 mill of the paper; derived here.
 inline double bed_overlap(const Material& material, double gravity, double depth)
 {
@@ -31,22 +31,22 @@ inline double bed_overlap(const Material& material, double gravity, double depth
   return 1.06 * std::pow(material.density * gravity * depth / material.youngs_modulus, 2.0 / 3.0);
 }
 
-/// Largest stable time step of a damped linear mode, 2 (sqrt(1 + zeta^2) - zeta) / omega [s], under
-/// velocity Verlet with forces taken at the half-step velocity.
+/// Return the largest stable time step of a damped linear mode, 2 (sqrt(1 + zeta^2) - zeta) / omega
+/// [s], under velocity Verlet with forces at the half-step velocity.
 ///
-/// Derived here. With x' the position after the drift and v the half-step velocity, a step is
-/// x' = x + dt v, v' = v - dt (omega^2 x' + 2 zeta omega v). An amplification by -1 is met first,
-/// where 4 - 4 zeta h - h^2 = 0 with h = omega dt. Undamped: h < 2. Valid for any zeta >= 0.
+/// Derived here. With x' the position after the drift and v the half-step velocity, a step is x' =
+/// x + dt v, v' = v - dt (omega^2 x' + 2 zeta omega v). An amplification by -1 occurs first, where
+/// 4 - 4 zeta h - h^2 = 0 with h = omega dt. Undamped: h < 2. Valid for any zeta >= 0.
 inline double damped_mode_limit(double omega, double zeta)
 {
-  // The same as 2 (sqrt(1 + zeta^2) - zeta) without its cancellation at large zeta.
+  // Equal to 2 (sqrt(1 + zeta^2) - zeta), without its cancellation at large zeta.
   return 2.0 / (omega * (std::sqrt(1.0 + zeta * zeta) + zeta));
 }
 
-/// Root of the bounded tangential mode's condition (see damping_time_step_limit) above the limit of
-/// the plain one [s], to a millionth.
-inline double bounded_limit(const Pair& pair, const Coefficients& c, double coordination,
-                            double plain)
+/// Return the time step at the stability limit of the tangential mode with limited damping [s], to
+/// a millionth (see damping_time_step_limit). plain: the limit without limited damping.
+inline double limited_damping_limit(const Pair& pair, const Coefficients& c, double coordination,
+                                    double plain)
 {
   const double mass = 2.0 / 7.0 * pair.mass;
   const auto stable = [&](double dt) {
@@ -63,23 +63,24 @@ inline double bounded_limit(const Pair& pair, const Coefficients& c, double coor
   return low;
 }
 
-/// Largest linearly stable time step [s] of contacts at an overlap [m], `coordination` of them on
-/// every ball.
+/// Return the largest linearly stable time step [s] of contacts at an overlap [m], with
+/// `coordination` contacts on every ball.
 ///
 /// Derived here. Normal mode of one contact: stiffness S_n = 2 E* a, mass m*. Tangential mode: a
-/// push at the contact also spins the ball (inertia 2/5 m r^2), so it acts on m_t = 2/7 m*:
-/// omega_t^2 = 7/2 S_t / m*, zeta_t = sqrt(7/2) zeta_n; this is the mode that binds.
-/// With Z contacts on every ball the stiffest mode has at most Z times the stiffness and damping of
-/// one (the contacts' forms add up, and each is bounded by its two balls'), so omega and zeta grow
-/// by sqrt(Z): a sufficient condition. Valid for sticking contacts of equal balls at equal overlap,
-/// stiffness frozen over a step; sliding contacts are not damped, and Coulomb's limit bounds the
-/// growth, so a larger step shows as spin and dissipation errors rather than as an explosion.
+/// force at the contact also spins the ball (inertia 2/5 m r^2), so it acts on m_t = 2/7 m*:
+/// omega_t^2 = 7/2 S_t / m*, zeta_t = sqrt(7/2) zeta_n. The tangential mode limits the step. With Z
+/// contacts on every ball the stiffest mode has at most Z times the stiffness and damping of one
+/// contact, since the contacts' quadratic forms add up. So omega and zeta grow by at most sqrt(Z):
+/// a sufficient condition. Valid for sticking contacts of equal balls at equal overlap, with
+/// stiffness constant over a step. Sliding contacts are not damped and Coulomb's limit bounds the
+/// growth. A larger step therefore causes errors of spin and dissipation rather than divergence.
 ///
-/// Bounded: each tangential coefficient c is divided by 1 + dt (D_i / m_i + D_j / m_j), with D the
-/// sums of c over the contacts of either ball (`damping_share`); on equal balls 1 + dt Z c / m*.
-/// The same condition then reads 4 - 2 dt Z c / (m_t (1 + dt Z c / m*)) - dt^2 Z S_t / m_t = 0.
+/// With limited damping, each tangential coefficient c is divided by 1 + dt (D_i / m_i + D_j /
+/// m_j), with D the sums of c over the contacts of either ball (`damping_share`); on equal balls 1
+/// + dt Z c / m*. The condition is then 4 - 2 dt Z c / (m_t (1 + dt Z c / m*)) - dt^2 Z S_t / m_t =
+/// 0.
 inline double damping_time_step_limit(const Pair& pair, double overlap, double coordination = 1.0,
-                                      bool bounded = false)
+                                      bool limited_damping = false)
 {
   require_positive("overlap", "m", overlap);
   if (!(coordination >= 1.0 && std::isfinite(coordination)))
@@ -91,7 +92,7 @@ inline double damping_time_step_limit(const Pair& pair, double overlap, double c
   };
   const double tangential_mass = 2.0 / 7.0 * pair.mass;
   double tangential = limit(c.tangential_stiffness, c.tangential_damping, tangential_mass);
-  if (bounded) tangential = bounded_limit(pair, c, coordination, tangential);
+  if (limited_damping) tangential = limited_damping_limit(pair, c, coordination, tangential);
   return std::min(limit(1.5 * c.normal_stiffness, c.normal_damping, pair.mass), tangential);
 }
 

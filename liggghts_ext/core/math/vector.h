@@ -18,13 +18,13 @@ inline Vector cross(const Vector& a, const Vector& b)
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// A turn by an angle [rad], its cosine and sine taken once.
+/// A rotation by an angle [rad], with its cosine and sine.
 struct Turn {
   explicit Turn(double angle) : cosine(std::cos(angle)), sine(std::sin(angle)) {}
   double cosine, sine;
 };
 
-/// Turns `p` about the unit vector `axis` (Rodrigues' formula).
+/// Return `p` rotated about the unit vector `axis` (Rodrigues' formula).
 inline Vector rotated(const Vector& p, const Vector& axis, const Turn& turn)
 {
   const double c = turn.cosine, s = turn.sine;

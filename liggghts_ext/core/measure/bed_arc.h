@@ -9,19 +9,18 @@
 
 namespace millscale::charge {
 
-/// A run of bins of a circle: `count` of them from `first` on, past the end to the beginning.
+/// A run of bins of a circle: `count` bins from `first`, across the end to the beginning.
 struct Arc {
   std::size_t first, count;
 };
 
-/// Where the circle is full: the arc of the two-level step that comes closest, in the sense of
-/// least squares, to the given values, with its higher level inside. There is no parameter; the
-/// ends are resolved to one bin, and lie where a gradual end passes the middle of the two levels.
-/// None if the values are all equal. Derived here.
+/// Return the arc with the high level of the two-level step that fits the values best, in the sense
+/// of least squares; none if all values are equal. There is no parameter. The ends are resolved to
+/// one bin; a gradual end lies at the middle of the two levels. Derived here.
 ///
-/// With the best levels, the means inside and outside, a step of k of n bins explains
-/// n d^2 / (k (n - k)) of the sum of squares, d being the sum over the arc of the deviations from
-/// the overall mean. An arc and its complement are one step, so all arcs up to n / 2 are tried.
+/// With the means inside and outside as levels, a step of k of n bins explains n d^2 / (k (n - k))
+/// of the sum of squares. d is the sum over the arc of the deviations from the overall mean. An arc
+/// and its complement are one step, so all arcs up to n / 2 bins are tried.
 inline std::optional<Arc> bed_arc(const std::vector<double>& value)
 {
   const std::size_t n = value.size();

@@ -5,25 +5,25 @@
 
 namespace millscale::charge {
 
-/// Torque of the drive on the charge, added up over the steps of velocity Verlet.
+/// Torque of the drive on the charge, summed over the steps of velocity Verlet.
 ///
-/// The integrator applies the forces of step n in two kicks of dt/2 each, before and after the
-/// velocities of step n. So the angular impulse up to those velocities is the sum of the torques
-/// with half a step for the first and the last of them, and equals the change of the charge's
-/// angular momentum about the axis exactly. The kick after step n waits for the next step. A
-/// single step's torque says little where it alternates from step to step.
+/// The integrator applies the forces of step n in two half steps of dt/2, before and after the
+/// velocities of step n. The angular impulse up to these velocities is the sum of the torques, with
+/// half a step for the first and the last torque. It equals the change of the charge's angular
+/// momentum about the axis exactly. The half step after step n waits for the next step. A torque
+/// may alternate from step to step, so a single step's torque is not meaningful.
 ///
-/// Every number is a plain sum over the balls, so those of several ranks add up.
+/// All numbers are plain sums over balls and ranks.
 class DriveSums {
  public:
-  /// At set-up: the torque [N m] and the power [W] of the forces that the first kick applies.
+  /// Begin a run. torque [N m], power [W]: of the forces of the first half step.
   void wait_for(double torque, double power, double dt)
   {
     waiting_impulse_ = 0.5 * dt * torque;
     waiting_work_ = 0.5 * dt * power;
   }
 
-  /// At the end of step `step` of dt [s]; torque [N m] and power [W] of its forces.
+  /// Add the step `step` of dt [s] with the torque [N m] and power [W] of its forces.
   void add(double torque, double power, double dt, std::int64_t step)
   {
     impulse_ += waiting_impulse_ + 0.5 * dt * torque;
@@ -35,8 +35,8 @@ class DriveSums {
   double impulse() const { return impulse_; }  ///< since the start [N m s]
   double work() const { return work_; }        ///< since the start [J]
 
-  /// Half the difference between the mean torque of the even steps and that of the odd ones, over
-  /// the last `steps` steps up to `last` [N m]; 0 for a single step.
+  /// Return half the difference between the mean torques of even and of odd steps, over the last
+  /// `steps` steps up to `last` [N m]; 0 for a single step.
   double alternating(std::int64_t last, std::int64_t steps) const
   {
     const std::int64_t of_last = (steps + 1) / 2, of_other = steps / 2;
@@ -61,7 +61,7 @@ class DriveSums {
  private:
   double impulse_ = 0.0, work_ = 0.0;
   double waiting_impulse_ = 0.0, waiting_work_ = 0.0;
-  std::array<double, 2> by_parity_{};  ///< sums of the torques of even and of odd steps
+  std::array<double, 2> by_parity_{};  ///< torque sums of even and of odd steps
 };
 
 }  // namespace millscale::charge

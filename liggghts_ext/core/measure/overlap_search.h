@@ -15,15 +15,15 @@ struct Sphere {
   double x, y, z, radius;
 };
 
-/// Finds the largest overlap of two spheres with cells as wide as the largest sphere, filled anew
-/// for each search: no list has to be kept. Its storage is kept from search to search.
+/// Finds the largest overlap of two spheres with cells as wide as the largest sphere, without a
+/// neighbour list. Storage is reused from search to search.
 class OverlapSearch {
  public:
   void clear() { spheres_.clear(); }
   void add(const Sphere& s) { spheres_.push_back(s); }
 
-  /// Radii of two spheres less the distance of their centres, the largest of all pairs; 0 where no
-  /// two overlap [m].
+  /// Return the largest overlap of all pairs, radii less distance of the centres [m]; 0 without
+  /// overlaps.
   double largest()
   {
     if (spheres_.size() < 2) return 0.0;
@@ -37,8 +37,8 @@ class OverlapSearch {
   }
 
  private:
-  /// Cells from one corner of the spheres to the other, at least as wide as a sphere; wider where
-  /// far outliers would make more than a few cells per sphere.
+  /// Cells from one corner of the spheres to the other, at least as wide as a sphere. Cells are
+  /// wider where distant outliers would make more than a few cells per sphere.
   void make_grid()
   {
     Vector high;
@@ -68,7 +68,7 @@ class OverlapSearch {
     return (static_cast<std::size_t>(z) * cells_[1] + y) * cells_[0] + x;
   }
 
-  /// Counting sort: spheres of cell c are sorted_[begin_[c]] to sorted_[begin_[c + 1]].
+  /// Counting sort: the spheres of cell c are sorted_[begin_[c]] to sorted_[begin_[c + 1]].
   void sort_into_cells()
   {
     const std::size_t count = cell(0, 0, cells_[2]);
@@ -88,8 +88,8 @@ class OverlapSearch {
       sorted_[begin_[cell_of_[i] + 1]++] = spheres_[i];
   }
 
-  /// Pairs of a cell with itself and with half of its neighbours. Neighbours along x lie one after
-  /// the other in sorted_, so that each row of them is one range.
+  /// Search the pairs of a cell with itself and with half of its neighbours. Neighbours along x are
+  /// contiguous in sorted_, so each row of cells is one range.
   void search_cell(int x, int y, int z)
   {
     const std::size_t own = cell(x, y, z);
@@ -113,7 +113,7 @@ class OverlapSearch {
       const Sphere& t = sorted_[j];
       const double dx = s.x - t.x, dy = s.y - t.y, dz = s.z - t.z;
       const double square = dx * dx + dy * dy + dz * dz;
-      const double closer = s.radius + t.radius - best_;  // a root only where the record falls
+      const double closer = s.radius + t.radius - best_;  // a square root only for a new maximum
       if (closer > 0.0 && square < closer * closer) best_ = s.radius + t.radius - std::sqrt(square);
     }
   }

@@ -14,24 +14,25 @@
 
 namespace millscale::mesh {
 
-/// Open interval of values for the engine's keyword `curvature` [rad], which ends below the
-/// smallest ridge of a mesh and begins at the largest valley below that.
+/// Open interval of values for the engine's keyword `curvature` [rad]. It ends at the smallest
+/// ridge of a mesh and begins at the largest valley below that ridge.
 ///
-/// Of neighbours that fold by less than `curvature` neither has contacts on the common edge. In a
-/// valley the faces themselves reach over the edge. Beside a ridge, which bulges towards the balls,
-/// there is a wedge, as wide as the fold, in which a ball projects onto neither face: no contact
-/// acts there, however narrow it is, and a ball that rests on the ridge falls through.
+/// The engine gives no contact on the common edge of neighbours that fold by less than `curvature`.
+/// In a valley the faces themselves reach over the edge. Beside a ridge, which bulges towards the
+/// balls, a ball within a wedge as wide as the fold projects onto neither face. No contact acts
+/// there, and a ball that rests on the ridge falls through.
 struct CurvatureRange {
   double low = 0.0;
-  double high = std::numeric_limits<double>::infinity();  ///< of a mesh without ridges
+  double high = std::numeric_limits<double>::infinity();  ///< infinite without ridges
 };
 
-/// Folds of less, 0.1 degrees, are rounding of a flat face: six digits of a file in m, or 0.01 mm.
+/// Smaller folds, below 0.1 degrees, are rounding of a flat face: six digits of a file in m, or
+/// 0.01 mm.
 inline constexpr double flat = 0.1 * degree;
 
 namespace detail {
 
-/// Gives equal nodes equal numbers; those within 1e-7 of the mesh's size are taken for equal.
+/// Numbers the nodes. Nodes within 1e-7 of the mesh's size are equal.
 class Nodes {
  public:
   explicit Nodes(const std::vector<Triangle>& mesh)
@@ -81,7 +82,7 @@ inline std::vector<Side> sorted_sides(const std::vector<Triangle>& mesh)
   return sides;
 }
 
-/// From a side into its triangle: a unit vector perpendicular to the side.
+/// Return the unit vector in the triangle, perpendicular to its side.
 inline Vector inward(const Triangle& t, int corner)
 {
   const Vector &a = t[(corner + 1) % 3], &b = t[(corner + 2) % 3];
@@ -94,7 +95,7 @@ inline Vector inward(const Triangle& t, int corner)
   return in;
 }
 
-/// Angle between the planes of two triangles, whichever way they face [rad].
+/// Return the angle between the planes of two triangles, whichever way they face [rad].
 inline double fold(const Triangle& one, const Triangle& other)
 {
   const Vector a = normal(one), b = normal(other), c = cross(a, b);
@@ -103,7 +104,7 @@ inline double fold(const Triangle& one, const Triangle& other)
 
 }  // namespace detail
 
-/// The range for a mesh whose balls are on the side of the mill's axis.
+/// Return the range of a mesh whose balls are on the side of the mill's axis.
 inline CurvatureRange curvature_range(const std::vector<Triangle>& mesh, const Axis& axis)
 {
   const std::vector<detail::Side> sides = detail::sorted_sides(mesh);
@@ -117,7 +118,7 @@ inline CurvatureRange curvature_range(const std::vector<Triangle>& mesh, const A
       const Vector in = detail::inward(one, sides[first].corner),
                    also_in = detail::inward(other, sides[k].corner);
       const Vector out = axis.radial(one[(sides[first].corner + 1) % 3]);
-      // At a ridge the faces go away from the axis, more than a flat face would.
+      // At a ridge the faces recede from the axis, more than a flat face would.
       if (dot(in, out) + dot(also_in, out) > 0.0)
         range.high = std::min(range.high, angle);
       else

@@ -17,16 +17,17 @@
 
 namespace millscale::mesh {
 
-/// Reads an STL file as LIGGGHTS-PUBLIC 3.8 does, and finds what its reader gets wrong or takes for
-/// granted. The reader takes a file for text if its first line begins with `solid` or is empty, and
-/// for binary otherwise; in text it passes over words it does not know, reads no number as 0, and
-/// takes the end of the file for the end of the mesh.
+/// Reads an STL file as LIGGGHTS-PUBLIC 3.8 does, and finds what the engine's reader misreads. The
+/// reader takes a file for text if its first line begins with `solid` or is empty, and for binary
+/// otherwise. In text it skips unknown words, reads a word that is no number as 0, and takes the
+/// end of the file for the end of the mesh.
 class StlCheck {
  public:
-  /// name: of the file, for the commands of the messages.
+  /// name: of the file, for the commands in the messages.
   StlCheck(std::istream& file, const std::string& name) : file_(file), name_(quoted(name)) {}
 
-  /// What is wrong and what to do, as the rest of a sentence about the file; nothing if it is fine.
+  /// Return what is wrong and what to do, as the rest of a sentence about the file; empty if the
+  /// file is valid.
   std::optional<std::string> fault()
   {
     file_.seekg(0, std::ios::end);
@@ -52,7 +53,7 @@ class StlCheck {
   using Fault = std::optional<std::string>;
   static constexpr std::uint64_t header = 84, facet = 50;  ///< sizes in a binary file [bytes]
 
-  /// For a shell.
+  /// Quote a name for a shell.
   static std::string quoted(const std::string& name)
   {
     std::string word = "'";
@@ -62,7 +63,8 @@ class StlCheck {
 
   bool begins_with(const char* bytes) const { return head_.rfind(bytes, 0) == 0; }
 
-  /// A binary file is as long as its header states, or holds bytes that no text has.
+  /// Return whether the file is binary: as long as its header states, or with bytes that no text
+  /// has.
   bool is_text() const
   {
     if (size_ >= header && size_ == header + facet * stated()) return false;
@@ -92,8 +94,8 @@ class StlCheck {
     return quoted ? word.substr(1, word.size() - 2) : word;  // as the engine
   }
 
-  /// A zero before the end of the line does not end it: the engine reads on, to bytes that are no
-  /// word of text.
+  /// Return whether the engine reads the file as text. A zero byte before the end of the first line
+  /// does not end the line: the engine reads on, to bytes that are no word of text.
   bool engine_reads_text() const
   {
     const std::string word = first_word();
@@ -235,7 +237,7 @@ class StlCheck {
   std::uint64_t size_ = 0;
 };
 
-/// Throws std::invalid_argument with the file, what is wrong with it and what to do.
+/// Check an STL file. Throws std::invalid_argument with the file, the fault and what to do.
 inline void check_stl_file(const std::string& name)
 {
   constexpr std::size_t longest = 255;  // the engine copies the name to an array of this length

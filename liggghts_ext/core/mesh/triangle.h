@@ -16,7 +16,7 @@ struct Axis {
 
   double along(const Vector& p) const { return dot(from_origin(p), direction); }
 
-  /// From the line to a point, perpendicular to it.
+  /// Return the vector from the line to a point, perpendicular to the line.
   Vector radial(const Vector& p) const
   {
     Vector r = from_origin(p);
@@ -32,7 +32,7 @@ struct Axis {
   }
 };
 
-/// Perpendicular to a triangle, twice its area long [m^2].
+/// Return the normal of a triangle, twice its area long [m^2].
 inline Vector normal(const Triangle& t)
 {
   Vector a, b;
@@ -43,8 +43,8 @@ inline Vector normal(const Triangle& t)
   return cross(a, b);
 }
 
-/// Whether the ray from the axis through a point, perpendicular to the axis, meets a triangle; also
-/// true for a point on the axis.
+/// Return whether the ray from the axis through a point, perpendicular to the axis, intersects a
+/// triangle. Return true for a point on the axis.
 inline bool in_direction(const Triangle& t, const Axis& axis, const Vector& point)
 {
   const Vector ray = axis.radial(point);
@@ -70,7 +70,7 @@ inline bool in_direction(const Triangle& t, const Axis& axis, const Vector& poin
   return true;
 }
 
-/// Sums of areas and of their first moments, which ranks can add up.
+/// Sums of areas and of first moments, which add up over ranks.
 struct AreaSums {
   double area = 0.0;  ///< [m^2]
   Vector moment{};    ///< [m^3]
@@ -83,7 +83,7 @@ struct AreaSums {
     for (int d = 0; d < 3; ++d) moment[d] += twice * (t[0][d] + t[1][d] + t[2][d]) / 6.0;
   }
 
-  /// Centre of the area [m]; of no area no number.
+  /// Return the centroid of the area [m]; NaN for zero area.
   Vector centre() const { return {moment[0] / area, moment[1] / area, moment[2] / area}; }
 };
 

@@ -13,14 +13,14 @@
 
 namespace millscale::mesh {
 
-/// What one sees from the mill's axis: the distance of the nearest triangle in each of many
-/// directions perpendicular to it, from places all along the meshes. An outer skin, flanges and end
-/// plates do not count, since the inner wall is nearer or lies in the direction of the view.
+/// Distance from the mill's axis to the nearest triangle, in many directions perpendicular to the
+/// axis and in slices all along the meshes. An outer shell, flanges and end plates have no effect:
+/// the inner wall is nearer, or they are parallel to the direction.
 class WallAround {
  public:
   static constexpr int slices = 16, directions = 720;
 
-  /// low, high: ends of the meshes on the axis [m].
+  /// low, high: ends of the meshes along the axis [m].
   WallAround(const Axis& axis, double low, double high)
       : axis_(axis), low_(low), high_(high), nearest_(slices * directions, nothing)
   {
@@ -43,7 +43,7 @@ class WallAround {
       for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3;
         if ((heights[i] < height) != (heights[j] < height))
-          // From below to above, so that both triangles of an edge find the same place.
+          // In ascending order, so that both triangles of an edge find the same point.
           ends[found++] = heights[i] < height
                               ? crossing(t[i], heights[i], t[j], heights[j], height)
                               : crossing(t[j], heights[j], t[i], heights[i], height);
@@ -52,18 +52,20 @@ class WallAround {
     }
   }
 
-  /// Of all slices and directions [m], of which ranks take the least; infinite where nothing is.
+  /// Distances of all slices and directions [m], infinite without a triangle. The distance over
+  /// ranks is the smallest.
   std::vector<double>& nearest() { return nearest_; }
 
-  /// Share of the directions in which there is no wall.
+  /// Return the share of the directions without a wall.
   double open() const
   {
     const auto count = std::count(nearest_.begin(), nearest_.end(), nothing);
     return static_cast<double>(count) / static_cast<double>(nearest_.size());
   }
 
-  /// Radius of the wall [m]: in the slice where this is largest, the distance that one direction in
-  /// twenty exceeds, so that neither lifters nor what is seen through a hole decide. 0: no wall.
+  /// Return the radius of the wall [m]; 0 without a wall. It is the distance that one direction in
+  /// twenty exceeds, in the slice where that distance is largest, so neither lifters nor a hole
+  /// decide it.
   double radius() const
   {
     double largest = 0.0;
@@ -82,7 +84,7 @@ class WallAround {
   static constexpr double nothing = std::numeric_limits<double>::infinity();
   static constexpr double turn = 2.0 * pi;
 
-  /// A place in a slice, from the axis.
+  /// A point in a slice, from the axis.
   struct Flat {
     double x, y;
   };
@@ -101,7 +103,7 @@ class WallAround {
     return {dot(r, one_), dot(r, other_)};
   }
 
-  /// First direction at or after a place; directions lie between round angles.
+  /// Return the first direction at or after a point. Directions lie between round angles.
   static int first_direction(const Flat& p)
   {
     const double share = std::atan2(p.y, p.x) / turn * directions - offset;
@@ -132,9 +134,9 @@ class WallAround {
   std::vector<double> nearest_;
 };
 
-/// What to do about a mesh whose wall is `factor` times as far from the axis as that of the scaled
-/// mill, by what the factor looks like. S: of the scaled mill; radius: of the physical mill, as it
-/// would have to be given for this mesh, in words.
+/// Return what to do about a mesh whose wall is `factor` times as far from the axis as that of the
+/// scaled mill, from likely mistakes with that factor. S: of the scaled mill; radius: of the
+/// physical mill that would fit this mesh, as text.
 inline std::string advice_on_factor(double factor, double S, const std::string& radius)
 {
   const auto is = [factor](double f) { return std::abs(factor / f - 1.0) < 0.05; };

@@ -21,9 +21,8 @@ inline constexpr Dimension energy{2, 1, -2};
 inline constexpr Dimension power{2, 1, -3};
 }  // namespace dimension
 
-/// Factors physical -> scaled of the base quantities; the factor of every other quantity follows
-/// from its dimension. `mass` is the factor of one ball's mass: the balls are not scaled, so it
-/// is 1.
+/// Factors physical -> scaled of the base quantities. The factor of any other quantity follows from
+/// its dimension. `mass` is the factor of one ball's mass: balls are not scaled, so it is 1.
 struct BaseFactors {
   double length, mass, time;
 };
@@ -37,7 +36,7 @@ inline double integer_power(double base, int exponent)
 }
 }  // namespace detail
 
-/// Factor physical -> scaled of a quantity of dimension `d`: length^a mass^b time^c.
+/// Return the factor physical -> scaled of a quantity of dimension `d`: length^a mass^b time^c.
 inline double factor(const BaseFactors& base, const Dimension& d)
 {
   return detail::integer_power(base.length, d.length) * detail::integer_power(base.mass, d.mass) *

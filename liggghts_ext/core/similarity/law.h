@@ -11,10 +11,10 @@
 
 namespace millscale::similarity {
 
-/// How gravity and speed share the scaling. `froude` takes the time factor from the caller.
+/// How gravity and speed are scaled. `froude` takes the time factor from the caller.
 enum class Scheme { constant_gravity, constant_speed, froude };
 
-/// What is done about the ball radius, which is not scaled while the mill is.
+/// How the law treats the ball radius, which is not scaled.
 ///   paper         the law for point masses, as printed
 ///   corrected     the law for the path of the ball's centre, R - a, in the geometrically scaled
 ///                 mill
@@ -43,7 +43,7 @@ inline Policy policy_from_name(const std::string& name)
                               "', accepted are paper, corrected, offset-liner, friction-matched");
 }
 
-/// What to derive a scaled mill from, beside the physical one.
+/// Settings of a scaled mill, beside the physical mill.
 struct ScalingRequest {
   double S = 1.0;  ///< radius ratio physical / scaled, S >= 1 [-]
   Scheme scheme = Scheme::constant_gravity;
@@ -52,20 +52,20 @@ struct ScalingRequest {
   bool allow_centrifuging = false;  ///< accept Fr >= 1
 };
 
-/// A scaled mill and the law that led to it.
+/// A scaled mill and its similarity law.
 struct ScaledMill {
   OperatingPoint mill;            ///< the scaled mill, its ball radius that of the physical one
   BaseFactors base;               ///< factors of the path the law is applied to (see Policy)
   double froude;                  ///< omega^2 R / g of the scaled mill
   double predicted_energy_ratio;  ///< Eq. 15: change of energy of one ball, scaled / physical, from
                                   ///< S alone
-  double centre_path_energy_ratio;  ///< the same from the factors of the centre path, R - a
+  double centre_path_energy_ratio;  ///< energy ratio from the factors of the centre path, R - a
   double friction_ratio;  ///< sliding friction between balls, scaled / physical (see Policy)
 };
 
-/// Base factors (length, mass, time) at a length factor. Source: Powder Technology 335 (2018)
-/// 91-102, Eqs. 10 and 11, generalised: equal Froude number with a free time factor gives omega' =
-/// omega / tau and g' = g length / tau^2.
+/// Return the base factors (length, mass, time) at a length factor. Source: Powder Technology 335
+/// (2018) 91-102, Eqs. 10 and 11, generalised. An equal Froude number with a free time factor gives
+/// omega' = omega / tau and g' = g length / tau^2.
 inline BaseFactors base_factors(double length, Scheme scheme, double time_factor)
 {
   switch (scheme) {
@@ -112,12 +112,11 @@ inline void check(const OperatingPoint& physical, const ScalingRequest& request)
 
 }  // namespace detail
 
-/// The scaled mill that keeps the physical mill's Froude number (of R, or of R - a: see Policy).
-/// Throws std::invalid_argument, naming the value and what is accepted: S < 1, R/S <= a,
-/// Fr >= 1 without permission, non-positive input.
-/// Source: Powder Technology 335 (2018) 91-102, Eqs. 5-15; policies derived here. The friction
-/// ratio 1 / S is empirical: measured for S up to 3.1 and coefficients of .4 to .55
-/// (docs/theory/similarity-law.md).
+/// Return the scaled mill with the physical mill's Froude number (of R, or of R - a: see Policy).
+/// Throws std::invalid_argument with the value and the accepted range: S < 1, R/S <= a, Fr >= 1
+/// without permission, non-positive input. Source: Powder Technology 335 (2018) 91-102, Eqs. 5-15;
+/// policies derived here. The friction ratio 1 / S is empirical: measured for S up to 3.1 and
+/// coefficients of 0.4 to 0.55 (docs/theory/similarity-law.md).
 inline ScaledMill scale(const OperatingPoint& physical, const ScalingRequest& request)
 {
   detail::check(physical, request);

@@ -8,14 +8,14 @@
 
 namespace millscale::similarity {
 
-/// A mill in operation, SI units: radius at the liner [m], ball radius [m], gravity [m/s^2],
+/// A mill in operation, in SI units: radius at the liner [m], ball radius [m], gravity [m/s^2],
 /// speed of rotation [rad/s].
 struct OperatingPoint {
   double radius, ball_radius, gravity, omega;
 };
 
-/// Froude number omega^2 R / g of a point mass on the liner [-]. Powder Technology 335 (2018)
-/// 91-102, Eq. 4.
+/// Return the Froude number omega^2 R / g of a point mass on the liner [-]. Powder Technology 335
+/// (2018) 91-102, Eq. 4.
 inline double froude_number(double radius, double gravity, double omega)
 {
   return omega * omega * radius / gravity;
@@ -26,8 +26,8 @@ inline double froude_number(const OperatingPoint& mill)
   return froude_number(mill.radius, mill.gravity, mill.omega);
 }
 
-/// Angle from the vertical at which a point mass leaves the liner, arccos(Fr) [rad].
-/// Powder Technology 335 (2018) 91-102, Eq. 4. Valid for 0 <= Fr <= 1; a mill beyond Fr = 1
+/// Return the angle from the vertical at which a point mass leaves the liner, arccos(Fr) [rad].
+/// Powder Technology 335 (2018) 91-102, Eq. 4. Valid for 0 <= Fr <= 1; beyond Fr = 1 the mill
 /// centrifuges and nothing detaches.
 inline double detach_angle(double froude)
 {
@@ -37,8 +37,8 @@ inline double detach_angle(double froude)
   return std::acos(froude);
 }
 
-/// Speed at which a ball on the liner just centrifuges, sqrt(g / (R - a)) [rad/s]. The ball's
-/// centre runs on R - a. Standard definition of the critical speed of a mill.
+/// Return the speed at which a ball on the liner just centrifuges, sqrt(g / (R - a)) [rad/s]. The
+/// ball's centre moves on R - a. Standard definition of the critical speed of a mill.
 inline double critical_speed(const OperatingPoint& mill)
 {
   return std::sqrt(mill.gravity / (mill.radius - mill.ball_radius));
@@ -47,11 +47,11 @@ inline double critical_speed(const OperatingPoint& mill)
 /// Motion of the charge by Froude number.
 enum class Regime { slipping_or_cascading, cataracting, centrifuging };
 
-/// Regime by Fr = omega^2 R / g: centrifuging from 1 on; below about 0.2 the balls roll down the
-/// bed's surface, above they are thrown (an order-of-magnitude boundary: friction, filling and
-/// lifters move it). Limits after Henein, Brimacombe, Watkinson, Metall. Trans. B 14 (1983) 191,
-/// doi 10.1007/BF02661016, and Mellmann, Powder Technol. 118 (2001) 251,
-/// doi 10.1016/S0032-5910(00)00402-2.
+/// Return the regime by Fr = omega^2 R / g: centrifuging from 1; slipping or cascading below about
+/// 0.2, where balls roll down the bed's surface; cataracting between. The boundary at 0.2 is an
+/// order of magnitude: friction, filling and lifters change it. Limits after Henein, Brimacombe,
+/// Watkinson, Metall. Trans. B 14 (1983) 191, doi 10.1007/BF02661016, and Mellmann, Powder Technol.
+/// 118 (2001) 251, doi 10.1016/S0032-5910(00)00402-2.
 inline Regime regime(double froude)
 {
   if (froude >= 1.0) return Regime::centrifuging;

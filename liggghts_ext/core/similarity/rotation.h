@@ -5,10 +5,10 @@
 
 namespace millscale::similarity {
 
-/// The mill's angle as a function of the time step, without accumulating increments:
-/// angle = angle_before + omega max(0, t - start), and t = time_base + (step - step_base) dt.
-/// So the angle after 1e7 steps is as exact as after one. The base moves only when the step size
-/// or the step counter changes, the part before `start` only when the speed changes.
+/// The mill's angle as a function of the time step, without accumulated increments: angle =
+/// angle_before + omega max(0, t - start), and t = time_base + (step - step_base) dt. The angle
+/// after 1e7 steps is as exact as after one. The base changes only with the step size or the step
+/// counter, `angle_before` only with the speed.
 struct Rotation {
   double omega = 0.0;         ///< [rad/s]
   double start = 0.0;         ///< the mill turns from this time on [s]
@@ -28,7 +28,7 @@ struct Rotation {
   }
   double speed(std::int64_t step) const { return turning(step) ? omega : 0.0; }
 
-  /// Continues with another step size from `step` on.
+  /// Continue with another step size from `step` on.
   void set_step_size(std::int64_t step, double new_dt)
   {
     if (new_dt == dt) return;
@@ -37,7 +37,7 @@ struct Rotation {
     dt = new_dt;
   }
 
-  /// The step counter was set from `old_step` to `new_step` while the time stood still.
+  /// Renumber the steps: the counter changed from `old_step` to `new_step` at the same time.
   void renumber(std::int64_t old_step, std::int64_t new_step)
   {
     if (old_step == new_step) return;
@@ -45,7 +45,7 @@ struct Rotation {
     step_base = new_step;
   }
 
-  /// Continues with another speed from `step` on.
+  /// Continue with another speed from `step` on.
   void set_speed(std::int64_t step, double new_omega)
   {
     if (new_omega == omega) return;

@@ -20,8 +20,8 @@ inline double number(const std::string& text, const std::string& what)
   return value;
 }
 
-/// Reads the arguments of a style one after the other. Throws std::invalid_argument with a message
-/// that names the keyword; styles pass it to the engine's error.
+/// Reads the arguments of a style in order. Throws std::invalid_argument with the keyword, which
+/// styles pass to the engine's error.
 class ArgumentList {
  public:
   ArgumentList(int narg, char** arg, int first) : narg_(narg), arg_(arg), next_(first) {}

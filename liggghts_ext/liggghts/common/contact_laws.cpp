@@ -13,7 +13,7 @@ namespace LAMMPS_NS {
 
 namespace {
 
-/// (types, types) of a property of pairs, or zeros.
+/// Return a property of pairs of types, (types, types), or zeros if not `wanted`.
 std::vector<double> of_pairs(LAMMPS* engine, const char* asker, const char* name, bool wanted)
 {
   const int types = engine->atom->ntypes;

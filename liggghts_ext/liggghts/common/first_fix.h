@@ -4,7 +4,7 @@
 
 namespace LAMMPS_NS {
 
-/// The first fix of this class in the deck; null if there is none.
+/// Return the first fix of this class in the deck; null if there is none.
 template <class Style>
 Style* first_fix(const Modify* modify)
 {

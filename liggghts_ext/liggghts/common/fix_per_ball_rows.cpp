@@ -71,7 +71,7 @@ void FixPerBallRows::unpack_restart(int i, int nth)
                                 std::to_string(static_cast<int>(*extra) - 1) +
                                 " numbers per ball, this version reads " + std::to_string(width_) +
                                 "; run from the start, or use the version that wrote the file";
-    // The engine aborts before its own line of a redirected output is written.
+    // The engine aborts before its own line reaches a redirected output.
     std::fprintf(stderr, "ERROR: %s\n", message.c_str());
     error->one(FLERR, message.c_str());
   }

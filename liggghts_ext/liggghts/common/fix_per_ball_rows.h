@@ -4,8 +4,8 @@
 
 namespace LAMMPS_NS {
 
-/// A fix with a row of numbers for each ball, which follow it across ranks and through restarts.
-/// Rows of new balls are zero unless set_arrays says otherwise.
+/// A fix with a row of numbers for each ball. Rows follow the ball across ranks and through
+/// restarts. Rows of new balls are zero unless set_arrays sets them.
 class FixPerBallRows : public Fix {
  public:
   FixPerBallRows(class LAMMPS*, int narg, char** arg, int width);

@@ -12,8 +12,8 @@
 
 namespace LAMMPS_NS {
 
-/// Throws std::invalid_argument if another fix of this class acts on balls that `asker` acts on:
-/// the same group, one of both being `all`, or a ball of any rank that is in both groups.
+/// Check that no other fix of this class acts on a ball that `asker` acts on: the same group, a
+/// group `all`, or a ball of any rank in both groups. Throws std::invalid_argument.
 template <class Style>
 void require_one_per_ball(const Style& asker, const Modify* modify, const Atom* atom,
                           const Group* group, MPI_Comm world)
@@ -27,11 +27,11 @@ void require_one_per_ball(const Style& asker, const Modify* modify, const Atom* 
       shared = (atom->mask[i] & asker.groupbit) && (atom->mask[i] & other->groupbit);
     MPI_Allreduce(MPI_IN_PLACE, &shared, 1, MPI_INT, MPI_MAX, world);
     if (!shared) continue;
-    throw std::invalid_argument(std::string("acts on balls of group ") +
-                                group->names[asker.igroup] + ", on which fix " + other->style +
-                                " (id " + other->id + ") of group " + group->names[other->igroup] +
-                                " acts too; leave out one of them, or give them groups that share "
-                                "no ball");
+    throw std::invalid_argument(
+        std::string("acts on balls of group ") + group->names[asker.igroup] + ", on which fix " +
+        other->style + " (id " + other->id + ") of group " + group->names[other->igroup] +
+        " acts too; leave out one of the two fixes, or give them groups that share "
+        "no ball");
   }
 }
 

@@ -1,5 +1,5 @@
-// The engine's headers include its lists of contact models, which its build makes and its package
-// leaves out. The one they name themselves:
+// The engine's headers include its lists of contact models, which its build generates and its
+// package omits. The headers name this one model:
 #ifdef SURFACE_MODEL
 SURFACE_MODEL(SURFACE_DEFAULT, default, 0)
 #endif

@@ -1,2 +1,2 @@
-// The engine's headers include its list of tangential models, which its build makes and its package
-// leaves out. Not needed here.
+// The engine's headers include its list of tangential models, which its build generates and its
+// package omits. Not needed here.
