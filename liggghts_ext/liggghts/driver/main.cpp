@@ -22,8 +22,8 @@ bool asks_for_help(int argc, char** argv)
   return false;
 }
 
-/// As the stock executable: an interrupt ends the run after the current step, USR1 writes a
-/// restart.
+/// Handle signals like the stock executable: an interrupt ends the run after the current step, USR1
+/// writes a restart file.
 void handle_signals()
 {
   struct sigaction quit = {};
@@ -35,10 +35,10 @@ void handle_signals()
   sigaction(SIGUSR1, &write_restart, nullptr);
 }
 
-/// After one error in five the engine prints a remark, if its version names the public one, from a
-/// string it has freed already. The version's text goes into restart files, so only its case
-/// changes.
-void leave_out_remarks(LAMMPS_NS::LAMMPS& engine)
+/// Suppress the engine's remarks. After one error in five the engine prints a remark from a string
+/// it has freed, if its version names the public one. Restart files contain the version's text, so
+/// only its case changes.
+void suppress_remarks(LAMMPS_NS::LAMMPS& engine)
 {
   if (char* name = std::strstr(engine.universe->version, "PUBLIC")) std::memcpy(name, "Public", 6);
 }
@@ -51,12 +51,12 @@ int main(int argc, char** argv)
   MPI_Init(&argc, &argv);
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  // The engine prints its own help and exits inside its constructor, so ours comes first.
+  // The engine prints its own help and exits inside its constructor.
   if (rank == 0 && asks_for_help(argc, argv)) millscale::list_styles(std::cout);
   std::cout.flush();
   {
     auto engine = std::make_unique<LAMMPS_NS::LAMMPS>(argc, argv, MPI_COMM_WORLD);
-    leave_out_remarks(*engine);
+    suppress_remarks(*engine);
     millscale::register_styles(*engine);
     engine->input->file();
   }

@@ -64,14 +64,15 @@ Compute* create_compute(LAMMPS* engine, int iarg, int narg, char** arg)
   return new Style(engine, iarg, narg, arg);
 }
 
-/// The engine's own creators of fixes mesh/surface....
+/// The engine's own creators of fixes mesh/surface...
 FixMap& mesh_fixes()
 {
   static FixMap creators;
   return creators;
 }
 
-/// Of any style mesh/surface...; modules that have no name in the map go by `mesh/surface`.
+/// Create a fix of any style mesh/surface... after a check of its file. Modules without a name in
+/// the map use `mesh/surface`.
 Fix* create_mesh_fix(LAMMPS* engine, int narg, char** arg)
 {
   LAMMPS_NS::check_mesh_file(engine, narg, arg);
@@ -120,16 +121,18 @@ void register_styles(LAMMPS& engine)
 void list_styles(std::ostream& out)
 {
   out << "\nStyles added by millscale:\n"
-         "  fix mill/similarity      scaled gravity and speed from the physical mill; drives both\n"
+         "  fix mill/similarity      derives scaled gravity and speed, applies gravity, turns the "
+         "mill\n"
          "  fix wall/mill            the turning lifter-liner as an analytic wall with exact arcs\n"
          "  pair_style gran ... surface fast\n"
          "                           Hertz-Mindlin contacts of balls, several times faster\n"
-         "  fix mill/forces          carries forces through a restart, so that it changes nothing\n"
-         "  fix mill/restart         tells whole restart files from cut ones\n"
-         "  fix mill/guard           stops a run that goes wrong, with the ball and the reason\n"
-         "  fix mill/ledger          work of the mill against what the charge stores and "
-         "dissipates\n"
-         "  fix mill/drive           work, torque and power of the drive, added up at every step\n"
+         "  fix mill/forces          carries forces through a restart, so that runs are "
+         "bit-identical\n"
+         "  fix mill/restart         signs complete restart files\n"
+         "  fix mill/guard           stops a faulty run and names the ball and the reason\n"
+         "  fix mill/ledger          energy budget: work of the mill, energy stored and "
+         "dissipated\n"
+         "  fix mill/drive           work, torque and power of the drive, summed over all steps\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "

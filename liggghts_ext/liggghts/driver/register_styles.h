@@ -8,11 +8,12 @@ class LAMMPS;
 
 namespace millscale {
 
-/// Adds our fixes and computes to this engine instance. Call once, after LAMMPS is constructed and
-/// before the deck is read; the `clear` command builds a new Modify and loses them.
+/// Add millscale's fixes and computes to this engine instance. Call once, after LAMMPS is
+/// constructed and before the deck is read. The `clear` command builds a new Modify, which loses
+/// the styles.
 void register_styles(LAMMPS_NS::LAMMPS& engine);
 
-/// Writes one line per style of ours, for `liggghts_mill -h`.
+/// Write one line per style of millscale, for `liggghts_mill -h`.
 void list_styles(std::ostream& out);
 
 }  // namespace millscale

@@ -49,8 +49,10 @@ FixMillLedger::FixMillLedger(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg,
   nevery = 1;
   try {
     if (first_fix<FixMillLedger>(modify))
-      throw std::invalid_argument("there is one already; a deck has one account");
-    if (igroup != 0) throw std::invalid_argument("group: the account is of all balls, use `all`");
+      throw std::invalid_argument(
+          "a deck takes one fix mill/ledger, and this is the second; leave one out");
+    if (igroup != 0)
+      throw std::invalid_argument("group: the energy budget covers all balls; use `all`");
     parse(narg, arg);
     mill_fix_ = mill_of(modify, mill_id_);
   } catch (const std::invalid_argument& problem) {
@@ -81,26 +83,27 @@ void FixMillLedger::init()
 {
   try {
     mill_fix_ = mill_of(modify, mill_id_);
-    refuse_what_is_not_covered();
+    require_covered();
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
   forces_carried_ = recent_restart && modify->n_fixes_style("mill/forces") > 0;
 }
 
-void FixMillLedger::refuse_what_is_not_covered() const
+void FixMillLedger::require_covered() const
 {
   if (force->pair) {
     auto* pair = dynamic_cast<PairGran*>(force->pair);
     if (!pair || !pair->contact_match("surface", "fast"))
       throw std::invalid_argument(
-          "contacts of balls must be `pair_style gran ... surface fast`; others keep no account");
+          "contacts of balls must be `pair_style gran ... surface fast`; other styles compute no "
+          "energy budget");
   }
   for (int i = 0; i < modify->nfix; ++i) {
     const std::string other = modify->fix[i]->style;
     if (other.rfind("wall/", 0) == 0 && other != "wall/mill")
       throw std::invalid_argument("walls must be fix wall/mill, got fix " + other +
-                                  "; others keep no account");
+                                  "; other walls compute no energy budget");
   }
 }
 
@@ -121,8 +124,8 @@ void FixMillLedger::pre_force(int)
   }
 }
 
-/// Powers of this step's forces at velocities of the full step plus `shift` [s] times the
-/// accelerations, of this rank.
+/// Return this rank's powers of the step's forces at the velocities of the full step plus `shift`
+/// [s] times the accelerations.
 energy::Works FixMillLedger::powers(double shift) const
 {
   energy::Works sum;
@@ -149,7 +152,7 @@ energy::Works FixMillLedger::powers(double shift) const
 
 void FixMillLedger::setup(int)
 {
-  told_ = -1;
+  terms_step_ = -1;
   if (!forces_carried_) work_.wait_for(powers(0.25 * update->dt), update->dt);
   forces_carried_ = false;
   if (begun_ != 0.0) return;
@@ -173,7 +176,7 @@ void FixMillLedger::end_of_step()
   window_.last = angle;
 }
 
-/// A run that ends within the window leaves the spectrum so far.
+/// A run that ends within the window writes the spectrum so far.
 void FixMillLedger::post_run()
 {
   if (!file_.empty() && window_.last > 0.0 && window_.written == 0.0) write_impacts();
@@ -204,7 +207,7 @@ FixMillLedger::Energies FixMillLedger::energies_of_all_ranks() const
   return all;
 }
 
-/// The head is the same on all ranks; sums are added up.
+/// Return the state with the sums over all ranks; the rest is the same on all ranks.
 FixMillLedger::State FixMillLedger::state_of_all_ranks() const
 {
   static_assert(sizeof(State) % sizeof(double) == 0);
@@ -223,8 +226,8 @@ FixMillLedger::State FixMillLedger::state_of_all_ranks() const
   return all;
 }
 
-/// All numbers of a step at once.
-void FixMillLedger::tell()
+/// Compute all terms of this step.
+void FixMillLedger::compute_terms()
 {
   const State all = state_of_all_ranks();
   const Energies now = begun_ != 0.0 ? energies_of_all_ranks() : begin_;
@@ -252,16 +255,16 @@ void FixMillLedger::tell()
 double FixMillLedger::compute_vector(int k)
 {
   try {
-    mill_fix_ = mill_of(modify, mill_id_);  // between two runs it may have been removed
+    mill_fix_ = mill_of(modify, mill_id_);  // it may have been removed between two runs
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
-  if (told_ != update->ntimestep) tell();
-  told_ = update->ntimestep;
+  if (terms_step_ != update->ntimestep) compute_terms();
+  terms_step_ = update->ntimestep;
   return terms_[k];
 }
 
-/// Under another name first: a file that is there is complete.
+/// Write under another name, then rename: an existing file is complete.
 void FixMillLedger::write_impacts()
 {
   const State all = state_of_all_ranks();
@@ -273,7 +276,7 @@ void FixMillLedger::write_impacts()
   MPI_Bcast(&done, 1, MPI_INT, 0, world);
   if (done) return;
   const std::string message =
-      "impacts: cannot write '" + file_ + "'; look at folder and disk space";
+      "impacts: cannot write '" + file_ + "'; check the folder and the disk space";
   error->fix_error(FLERR, this, message.c_str());
 }
 
@@ -312,7 +315,7 @@ void FixMillLedger::restart(char* buffer)
     const std::string message = "the restart file holds layout " + millscale::format(from.layout) +
                                 " of this fix, this version reads layout " +
                                 millscale::format(layout) +
-                                "; give the fix another id to begin a new account";
+                                "; give the fix another id to begin a new budget";
     error->fix_error(FLERR, this, message.c_str());
   }
   begun_ = from.begun;
@@ -321,7 +324,7 @@ void FixMillLedger::restart(char* buffer)
   window_ = from.window;
   window_.from = wanted_from;
   window_.to = to;
-  if (comm->me != 0) return;  // sums are of all ranks: one keeps them
+  if (comm->me != 0) return;  // the sums are of all ranks: rank 0 keeps them
   work_ = from.work;
   energy::ContactSums* sums[] = {&between_balls_, &on_wall_};
   for (int p = 0; p < energy::pairings; ++p) {

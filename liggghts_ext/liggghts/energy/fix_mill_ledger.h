@@ -13,10 +13,10 @@ namespace LAMMPS_NS {
 
 class FixMillSimilarity;
 
-/// Account of the charge's energy: work of the mill, energies of the balls, what contacts store and
-/// dissipate, and the spectrum of impacts. `pair_style gran ... surface fast` and fix wall/mill
-/// write into it while it is there. Arguments and f_ID[k]: docs/reference/styles.md.
-/// Method: docs/theory/energy-budget.md.
+/// Energy budget of the charge: work of the mill, energies of the balls, energy stored and
+/// dissipated by contacts, and the spectrum of impacts. `pair_style gran ... surface fast` and fix
+/// wall/mill add their contacts if this fix exists. Arguments and f_ID[k]:
+/// docs/reference/styles.md. Method: docs/theory/energy-budget.md.
 class FixMillLedger : public Fix {
  public:
   FixMillLedger(class LAMMPS*, int, char**);
@@ -44,18 +44,18 @@ class FixMillLedger : public Fix {
   /// The mill angles between which impacts go to the spectrum [rad].
   struct Window {
     double from = 0.0, to = -1.0, first = 0.0, last = 0.0;
-    double written = 0.0;  ///< 1: complete, and in the file
+    double written = 0.0;  ///< 1: complete and written
   };
-  /// What a restart file holds, on all ranks together.
+  /// Contents of a restart file, summed over the ranks.
   struct State;
 
   void parse(int narg, char** arg);
-  void refuse_what_is_not_covered() const;
+  void require_covered() const;
   millscale::energy::Works powers(double shift) const;
   Energies energies() const;
   Energies energies_of_all_ranks() const;
   State state_of_all_ranks() const;
-  void tell();
+  void compute_terms();
   void write_impacts();
   bool put_impacts(const std::string& name, const State& all) const;
 
@@ -65,11 +65,11 @@ class FixMillLedger : public Fix {
   millscale::energy::PairSums between_balls_;
   millscale::energy::ContactSums on_wall_;
   millscale::energy::WorkSums work_;
-  Energies begin_;               ///< of all ranks, where the account begins
-  double begun_ = 0.0;           ///< 1: there is a begin
-  bool forces_carried_ = false;  ///< a restart: the next kick has been accounted for
+  Energies begin_;               ///< of all ranks, at the begin of the budget
+  double begun_ = 0.0;           ///< 1: the budget has begun
+  bool forces_carried_ = false;  ///< after a restart: the waiting half step is that of the file
   Window window_;
-  bigint told_ = -1;  ///< step of `told`
+  bigint terms_step_ = -1;  ///< step of `terms_`
   std::array<double, numbers> terms_{};
 };
 

@@ -30,7 +30,7 @@ constexpr int wall_numbers = 6, wall_torque = 3;
 
 }  // namespace
 
-/// Head of the state in restart files; the sums of each rank follow.
+/// Head of the state in a restart file. The sums of each rank follow.
 struct FixMillDrive::State {
   double layout, begun, ranks;
   Interval interval;
@@ -61,7 +61,7 @@ void FixMillDrive::parse(int narg, char** arg)
       .parse({narg, arg, 3});
   if (every_ < 1)
     throw std::invalid_argument(
-        "every: the number of steps between two rows of the series is needed, >= 1");
+        "every: give the number of steps between two rows of the series, >= 1");
 }
 
 void FixMillDrive::find_wall_and_mill()
@@ -92,14 +92,15 @@ void FixMillDrive::init()
   forces_carried_ = recent_restart && modify->n_fixes_style("mill/forces") > 0;
 }
 
-/// On the charge about the mill's axis, by what turns with the mill; this rank's share [N m].
+/// Return this rank's share of the torque on the charge about the mill's axis, by all surfaces that
+/// turn with the mill [N m].
 double FixMillDrive::torque_of_drive()
 {
   const millscale::Vector& axis = mill_fix_->axis();
   if (analytic_) return -millscale::dot(analytic_->torque_on_turning(), axis);
   double torque = 0.0;
   for (int d = 0; d < 3; ++d) torque -= axis[d] * wall_->compute_vector(wall_torque + d);
-  return comm->me == 0 ? torque : 0.0;  // the sum of all ranks, known to each
+  return comm->me == 0 ? torque : 0.0;  // every rank has the sum over all ranks
 }
 
 void FixMillDrive::setup(int)
@@ -158,7 +159,8 @@ double FixMillDrive::compute_vector(int index)
   return 0.0;
 }
 
-/// Rank by rank: a run that goes on on as many ranks then rounds as one that did not stop.
+/// Write the sums of each rank: a continued run with as many ranks then rounds like an
+/// uninterrupted one.
 void FixMillDrive::write_restart(FILE* file)
 {
   constexpr int size = sizeof(DriveSums) / sizeof(double);
@@ -180,7 +182,7 @@ void FixMillDrive::restart(char* buffer)
     const std::string message = "the restart file holds layout " + millscale::format(from.layout) +
                                 " of this fix, this version reads layout " +
                                 millscale::format(layout) +
-                                "; give the fix another id to begin anew";
+                                "; give the fix another id to begin again";
     error->fix_error(FLERR, this, message.c_str());
   }
   begun_ = from.begun;

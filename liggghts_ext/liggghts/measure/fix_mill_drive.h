@@ -11,8 +11,8 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 class FixWallMill;
 
-/// Work and torque of the drive, added up at every step, and their means between the steps at
-/// which others print them. Arguments and f_ID[k]: docs/reference/styles.md.
+/// Work and torque of the drive, summed over all steps, and their means between the steps of the
+/// printed rows. Arguments and f_ID[k]: docs/reference/styles.md.
 class FixMillDrive : public Fix {
  public:
   FixMillDrive(class LAMMPS*, int, char**);
@@ -26,9 +26,9 @@ class FixMillDrive : public Fix {
   void restart(char*) override;
 
  private:
-  /// Of the last whole interval, and where the present one began; the same on all ranks.
+  /// Means of the last whole interval, and the begin of the present one; the same on all ranks.
   struct Interval {
-    double began = 0.0, impulse = 0.0, work = 0.0, steps = 0.0;  ///< time [s] and sums there
+    double began = 0.0, impulse = 0.0, work = 0.0, steps = 0.0;  ///< time [s] and sums at the begin
     double torque = 0.0, power = 0.0, alternating = 0.0;
   };
   struct State;
@@ -43,7 +43,7 @@ class FixMillDrive : public Fix {
   int every_ = 0;
   FixMillSimilarity* mill_fix_ = nullptr;
   Fix* wall_ = nullptr;
-  FixWallMill* analytic_ = nullptr;  ///< the wall, if it is one of ours
+  FixWallMill* analytic_ = nullptr;  ///< the wall, if it is a fix wall/mill
   millscale::charge::DriveSums sums_;
   Interval interval_;
   double begun_ = 0.0;

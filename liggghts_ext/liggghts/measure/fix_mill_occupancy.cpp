@@ -79,7 +79,7 @@ void FixMillOccupancy::end_of_step()
   window_.written = 1.0;
 }
 
-/// A run that ends within the window leaves the average so far.
+/// A run that ends within the window writes the average so far.
 void FixMillOccupancy::post_run()
 {
   if (window_.samples > 0.0 && window_.written == 0.0) write();
@@ -100,7 +100,7 @@ void FixMillOccupancy::sample(double mill_angle)
   }
 }
 
-/// On rank 0; nothing elsewhere.
+/// Return the sums on rank 0, and nothing on other ranks.
 std::vector<double> FixMillOccupancy::volumes_of_all_ranks() const
 {
   const std::vector<double>& mine = grid_->volumes();
@@ -109,7 +109,7 @@ std::vector<double> FixMillOccupancy::volumes_of_all_ranks() const
   return all;
 }
 
-/// Under another name first: a file that is there is complete.
+/// Write under another name, then rename: an existing file is complete.
 void FixMillOccupancy::write()
 {
   const std::vector<double> all = volumes_of_all_ranks();
@@ -120,7 +120,8 @@ void FixMillOccupancy::write()
   }
   MPI_Bcast(&done, 1, MPI_INT, 0, world);
   if (done) return;
-  const std::string message = "file: cannot write '" + file_ + "'; look at folder and disk space";
+  const std::string message =
+      "file: cannot write '" + file_ + "'; check the folder and the disk space";
   error->fix_error(FLERR, this, message.c_str());
 }
 
@@ -143,7 +144,7 @@ bool FixMillOccupancy::put_file(const std::string& name, const std::vector<doubl
   return std::fclose(out) == 0 && complete;
 }
 
-/// Of the box along the axis, which is parallel to one of its edges.
+/// Return the length of the box along the axis, which is parallel to an edge of the box [m].
 double FixMillOccupancy::mill_length() const
 {
   const Vector& axis = mill_fix_->axis();
@@ -178,9 +179,10 @@ void FixMillOccupancy::restart(char* buffer)
   double state[6];
   std::memcpy(state, buffer, sizeof state);
   if (state[0] != rings_ || state[1] != sectors_) {
-    const std::string message = "the restart file holds " + millscale::format(state[0]) +
-                                " rings of " + millscale::format(state[1]) +
-                                " sectors; give the same, or the fix another id to begin anew";
+    const std::string message =
+        "the restart file holds " + millscale::format(state[0]) + " rings of " +
+        millscale::format(state[1]) +
+        " sectors; give the same numbers, or give the fix another id to begin again";
     error->fix_error(FLERR, this, message.c_str());
   }
   window_ = {state[2], state[3], state[4], state[5]};

@@ -5,9 +5,10 @@
 namespace LAMMPS_NS {
 
 /// Carries each ball's force and torque through a restart, so that n steps + restart + n steps
-/// equal 2n steps. Without it the engine evaluates the forces anew with the velocities of the full
-/// step, while a running simulation evaluates them at the half step: the dashpots then differ by
-/// O(dt), and the packed bed gets a bump. Define it last: docs/reference/styles.md.
+/// equal 2n steps. Without this fix the engine evaluates the forces again with the velocities of
+/// the full step, while a running simulation evaluates them at the half step. The damping forces
+/// then differ by O(dt), which disturbs a packed bed. Define this fix last:
+/// docs/reference/styles.md.
 class FixMillForces : public FixPerBallRows {
  public:
   FixMillForces(class LAMMPS*, int, char**);
@@ -19,7 +20,7 @@ class FixMillForces : public FixPerBallRows {
   int pack_restart(int, double*) override;
 
  private:
-  bool restored_ = false;  ///< the rows hold what the restart file held
+  bool restored_ = false;  ///< the rows hold the forces of the restart file
 };
 
 }  // namespace LAMMPS_NS

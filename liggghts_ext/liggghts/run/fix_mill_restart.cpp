@@ -26,8 +26,8 @@ using namespace FixConst;
 FixMillRestart::FixMillRestart(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
 {
   if (narg != 3) error->fix_error(FLERR, this, "takes no arguments");
-  restart_global = 1;  // the engine calls write_restart() before it writes what belongs to balls
-  restart_file = 1;    // and write_restart_file() when it has closed the file
+  restart_global = 1;  // the engine calls write_restart() before it writes per-ball data
+  restart_file = 1;    // and write_restart_file() after it has closed the file
 }
 
 int FixMillRestart::setmask()
@@ -35,15 +35,15 @@ int FixMillRestart::setmask()
   return PRE_EXCHANGE;
 }
 
-/// The engine makes new neighbour lists at the step of a restart file, and sorts at some of them.
+/// The engine builds new neighbour lists at the step of a restart file, and sorts at some builds.
 void FixMillRestart::pre_exchange()
 {
   if (atom->sortfreq > 0 && output->restart_requested(update->ntimestep))
     atom->nextsort = update->ntimestep;
 }
 
-/// The engine's contact history holds the tangential memories as they were when the neighbour list
-/// was made. At the step of a file that is before the forces: without this they are a step old.
+/// The engine's contact history holds the tangential displacements of the last list build. At the
+/// step of a file the build precedes the forces, so the displacements would be one step old.
 void FixMillRestart::write_restart(FILE* file)
 {
   for (int i = 0; i < modify->nfix; ++i)
@@ -60,7 +60,7 @@ void FixMillRestart::write_restart_file(char* file)
   MPI_Gather(&mine, 1, MPI_INT, chunks.data(), 1, MPI_INT, 0, world);
   const Cost so_far = cost();
   const std::string problem = comm->me == 0 ? sign(file, chunks, so_far) : "";
-  // All ranks together: the engine does not empty its buffers when one ends all.
+  // All ranks fail together: the engine does not flush its output when one rank aborts.
   int failed = !problem.empty();
   MPI_Bcast(&failed, 1, MPI_INT, 0, world);
   if (!failed) return;
@@ -68,7 +68,8 @@ void FixMillRestart::write_restart_file(char* file)
   error->all(FLERR, message.c_str());
 }
 
-/// Of this run command's loop, and of all ranks since they began; complete on rank 0 only.
+/// Return the time of this run command's loop, and the processor time of all ranks since their
+/// start; complete on rank 0 only.
 FixMillRestart::Cost FixMillRestart::cost() const
 {
   struct rusage used = {};
@@ -81,7 +82,7 @@ FixMillRestart::Cost FixMillRestart::cost() const
   return total;
 }
 
-/// Returns what is wrong, nothing if the file is whole and on the disk.
+/// Sign a file. Return the fault, or nothing if the file is complete and on the disk.
 std::string FixMillRestart::sign(const std::string& name, const std::vector<int>& chunks,
                                  const Cost& cost) const
 {

@@ -8,11 +8,10 @@
 
 namespace LAMMPS_NS {
 
-/// Makes restart files exact and known to be whole. Exact: the tangential memories in them are
-/// those of the step, and the balls are sorted at these steps, as in a run that goes on from the
-/// file, so that both add up forces in the same order. Known to be whole: looks whether a file is
-/// all there, signs it with its last line and hands it to the disk.
-/// The last line: docs/reference/files.md, restart files.
+/// Makes restart files exact and verifiable. Exact: tangential displacements are those of the step.
+/// Balls are sorted at these steps as after a restart, so that both runs add up forces in the same
+/// order. Verifiable: checks that a file is complete, appends a signature line and flushes the file
+/// to the disk. The last line: docs/reference/files.md, restart files.
 class FixMillRestart : public Fix {
  public:
   FixMillRestart(class LAMMPS*, int, char**);

@@ -8,7 +8,7 @@
 
 namespace millscale {
 
-/// CRC-32 of ISO 3309, as of zlib.
+/// Return the CRC-32 of ISO 3309, as zlib does.
 inline std::uint32_t crc32(const std::string& bytes)
 {
   static const std::array<std::uint32_t, 256> table = [] {
@@ -25,9 +25,9 @@ inline std::uint32_t crc32(const std::string& bytes)
   return crc ^ 0xFFFFFFFFu;
 }
 
-/// Whether a restart file ends as the engine ends one: with a chunk of each rank, an int that
-/// counts the doubles behind it. The engine does not notice when a full disk swallows a part of it;
-/// what is missing anywhere before the end of a chunk displaces its count.
+/// Return whether a restart file ends like a complete one: with a chunk of each rank, an int that
+/// counts the doubles behind it. The engine does not notice when a full disk loses a part of the
+/// file. A missing part anywhere before the end of a chunk displaces the count.
 inline bool ends_with_chunks(const std::string& file, const std::vector<int>& doubles)
 {
   std::size_t end = file.size();
