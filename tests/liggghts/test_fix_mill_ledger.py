@@ -314,12 +314,12 @@ def test_wrong_arguments_give_one_line_of_cause(tmp_path, words, cause):
     assert cause in result.error
 
 
-def test_a_second_account_is_refused(tmp_path):
+def test_a_second_ledger_is_refused(tmp_path):
     result = run(tmp_path, _drum(tmp_path, "") + LEDGER + LEDGER.replace("ledger all", "two all"))
-    assert "there is one already" in result.error
+    assert "a deck takes one fix mill/ledger" in result.error
 
 
-def test_contacts_that_keep_no_account_are_refused(tmp_path):
+def test_contacts_without_an_energy_budget_are_refused(tmp_path):
     stock = mill_deck(
         tmp_path, loose_bed(RADIUS, 2, SLICE, seed=5), S, "constant-gravity", wall="analytic"
     )
