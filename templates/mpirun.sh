@@ -6,9 +6,9 @@
 #   RANKS=N sh mpirun.sh            N MPI ranks
 #   LIGGGHTS_MILL=FILE sh mpirun.sh the engine, if it is not liggghts_mill on the PATH
 #   sh mpirun.sh OPTION ...         options for mpirun, such as --oversubscribe
-# Repeat the command to go on with a run that was ended early. The lines it runs:
+# Repeat the command to resume an interrupted run. Its commands:
 @lines@
-# `millscale status`, `run` and `report` use what it makes: docs/guide/run-by-hand.md.
+# `millscale status`, `run` and `report` use its results: docs/guide/run-by-hand.md.
 set -eu
 
 ranks=${RANKS:-@ranks@}
@@ -18,9 +18,10 @@ if [ "$(id -u)" -eq 0 ]; then
     # Open MPI refuses root without these.
     export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 fi
-# mpirun starts all ranks on this node, as in a run of millscale, and does not ask Slurm.
+# mpirun starts all ranks on this node, as in `millscale run`: hide the batch system from it.
 for name in $(env | sed -n -e 's/^\(SLURM_[A-Za-z0-9_]*\)=.*/\1/p' \
-    -e 's/^\(PMIX*_[A-Za-z0-9_]*\)=.*/\1/p'); do
+    -e 's/^\(PBS_[A-Za-z0-9_]*\)=.*/\1/p' -e 's/^\(LSB_[A-Za-z0-9_]*\)=.*/\1/p' \
+    -e 's/^\(PE_HOSTFILE\)=.*/\1/p' -e 's/^\(PMIX*_[A-Za-z0-9_]*\)=.*/\1/p'); do
     unset "$name"
 done
 
@@ -29,23 +30,23 @@ stop() {
     exit 1
 }
 
-# Value of a variable of parameters.in.
+# Print the value of a variable of parameters.in.
 value() {
     awk -v name="$1" '$1 == "variable" && $2 == name { print $4 }' parameters.in
 }
 
-# Whether a log is that of a run that came to its end.
+# Return whether a log is of a finished run.
 finished() {
     [ -e "$1" ] && grep -q '^Loop time of' "$1" &&
         ! grep -q -e '^ERROR' -e 'SIGINT/SIGTERM caught' "$1"
 }
 
-# Whether a log, which repeats parameters.in, is of this case as it is now.
+# Return whether a log, which echoes parameters.in, is of the present case.json.
 of_this_case() {
     [ -e "$1" ] && grep -q "^variable case_digest string $(value case_digest)" "$1"
 }
 
-# Step and name of each of these restart files that is whole: the engine signs those at their end.
+# Print step and name of each restart file that is whole, by the signature at its end.
 whole() {
     for file in "$@"; do
         [ -e "$file" ] || continue
@@ -58,13 +59,13 @@ whole() {
     done
 }
 
-# Prepare the run of a log: anew, or with resume=1 from the newest restart file between two steps
-# that a start which was ended early has left.
+# Prepare a run with this log: from its first step, or, with resume=1, from the newest restart file
+# between two steps of an interrupted start.
 begin() {
     log=$1 resume=
     newest=$(whole mill.1.restart mill.2.restart resume.restart |
         awk -v first="$2" -v last="$3" '$1 > first && $1 <= last' | sort -n | tail -n 1)
-    # The log of each start is kept, with the signature of the file that the next one went on from.
+    # The log of each start is kept, with the signature of the restart file of the next one.
     count=1
     while [ -e "$log.$count" ]; do count=$((count + 1)); done
     if [ -e "$log" ]; then
@@ -91,7 +92,7 @@ begin() {
     rm -f restart_forced_liggghts_*
     for series in series.csv ledger.csv; do
         [ -e "$series" ] || continue
-        # The engine appends the rows after that step.
+        # Keep the rows up to that step; the engine appends the next ones.
         awk -F , -v last="${newest% *}" 'NR == 1 { columns = NF; print; next }
             NF == columns && $1 + 0 <= last' "$series" >"$series.part"
         mv "$series.part" "$series"
@@ -105,7 +106,7 @@ for program in mpirun "$engine"; do
     command -v "$program" >/dev/null || stop "no $program on the PATH (LIGGGHTS_MILL names the engine)"
 done
 for part in settle.part rotate.part; do
-    [ ! -e "$part" ] || stop "$part is of a millscale run: go on with that, or delete $part"
+    [ ! -e "$part" ] || stop "$part is of millscale run: resume with that, or delete $part"
 done
 if command -v flock >/dev/null; then
     # The lock of millscale run. The engine inherits it.

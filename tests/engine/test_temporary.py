@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from millscale.engine import temporary_folder as temporary
-from millscale.engine.temporary_folder import MPI_VARIABLES, own_folder, run_has_gone, sweep
+from millscale.engine.temporary_folder import MPI_VARIABLES, own_folder, run_has_ended, sweep
 from small_campaign import SINGLE_BALLS
 
 HOLD = "from millscale.engine.temporary_folder import own_folder\nwith own_folder():\n    {}"
@@ -88,9 +88,9 @@ def test_a_link_of_such_a_name_is_not_followed(place, tmp_path):
 
 def test_a_job_whose_run_has_gone_ends_at_once(place, monkeypatch, finished):
     folder = killed(place)
-    assert not run_has_gone()
+    assert not run_has_ended()
     monkeypatch.setenv("TMPDIR", str(folder))
-    assert run_has_gone()
+    assert run_has_ended()
     line = [sys.executable, "-m", "millscale.workflow.run_job", "none.json", "none"]
     done = subprocess.run(line, cwd=finished.runs, capture_output=True, text=True)
     assert done.returncode == 130, done.stderr

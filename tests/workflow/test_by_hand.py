@@ -201,7 +201,7 @@ def test_what_is_missing_is_named(generated, tmp_path):
     said = by_script(case, code=1, LIGGGHTS_MILL="/no/engine")
     assert "no /no/engine on the PATH" in said
     (case / "rotate.part").mkdir()
-    assert "rotate.part is of a millscale run" in by_script(case, code=1)
+    assert "rotate.part is of millscale run" in by_script(case, code=1)
 
 
 def _with(folder, file):

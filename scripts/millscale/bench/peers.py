@@ -64,11 +64,11 @@ def yade(state: State, values: Mapping[str, object], ranks: int, folder: Path) -
     text = engine_output(line, folder)
     found = re.search(r"^TIMED (.*)$", text, re.M)
     if not found:
-        raise RuntimeError(f"yade in {folder} told no time: {text[-500:]}")
-    told = json.loads(found[1])
-    if told["balls"] != state.balls or not told["fastest"] < 50.0:
-        raise RuntimeError(f"yade in {folder}: {told}; expected {state.balls} balls below 50 m/s")
-    return Timed(told["seconds"])
+        raise RuntimeError(f"yade in {folder} printed no time: {text[-500:]}")
+    timed = json.loads(found[1])
+    if timed["balls"] != state.balls or not timed["fastest"] < 50.0:
+        raise RuntimeError(f"yade in {folder}: {timed}; expected {state.balls} balls below 50 m/s")
+    return Timed(timed["seconds"])
 
 
 def _installed(command: str, package: str) -> Path:

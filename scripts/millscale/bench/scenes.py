@@ -68,7 +68,7 @@ def prepare(scene: Scene, folder: Path, console: Console) -> State:
     if not kept.exists():
         finish_campaign(scene.campaign, folder, [scene.case], console)
         _write_state(case_folder)
-    about = read_object(kept, "remove it: millscale bench makes it anew")
+    about = read_object(kept, "delete it: millscale bench writes it again")
     case = load_case(case_folder)
     return State(
         case,

@@ -39,7 +39,7 @@ def time_step_cost(
     """Time a step of a rotating mill: millscale against tuned stock LIGGGHTS, in turns.
 
     The first call rotates the mill until the charge moves and keeps it in DIR: one or two minutes
-    for s2.6, half an hour for s1. Run nothing else on the machine meanwhile.
+    for s2.6, half an hour for s1. Run nothing else on the machine at the same time.
 
     Example: `millscale bench --scene s2.6 --quick --json`
     """

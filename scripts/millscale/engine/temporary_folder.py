@@ -55,10 +55,10 @@ def own_folder() -> Iterator[None]:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def run_has_gone() -> bool:
+def run_has_ended() -> bool:
     """Return whether the run whose folder this process uses ended before it could watch its
     parent."""
-    return _has_gone(Path(os.environ.get("TMPDIR", "")).name)
+    return _has_ended(Path(os.environ.get("TMPDIR", "")).name)
 
 
 def sweep() -> None:
@@ -71,7 +71,7 @@ def sweep() -> None:
             for entry in left:
                 found = entry.stat(follow_symlinks=False)
                 mine = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-                if mine and _has_gone(entry.name):
+                if mine and _has_ended(entry.name):
                     shutil.rmtree(entry.path, ignore_errors=True)
 
 
@@ -83,10 +83,10 @@ def _make(place: Path) -> Path:
 def _is_ours(name: str) -> bool:
     """Return whether a folder belongs to a run on this machine that still exists."""
     match = _NAME.fullmatch(name)
-    return bool(match) and match[1] == _host() and not _has_gone(name)
+    return bool(match) and match[1] == _host() and not _has_ended(name)
 
 
-def _has_gone(name: str) -> bool:
+def _has_ended(name: str) -> bool:
     match = _NAME.fullmatch(name)
     if not match or match[1] != _host():
         return False

@@ -40,7 +40,7 @@ BACKENDS = {
 }
 SAMPLES = 400  # rows of series.csv
 SPIN_STEPS = 12  # at the end, one after the other
-GUARD_EVERY = 20  # steps; a hard case is looked at more often than a campaign
+GUARD_EVERY = 20  # steps; the guard of a hard case checks more often than that of a campaign
 CHORD_SHARE = 0.025  # chord error of the mesh over the ball radius, as in campaigns
 Box = tuple[tuple[float, float], ...]  # lower and upper end along x, y, z [m]
 SERIES = ("step", "balls", "translation", "rotation", "potential", "overlap")

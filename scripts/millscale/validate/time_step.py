@@ -90,8 +90,8 @@ def mills(study: Path) -> Iterator[Row]:
         RunFolderError: not the folder of a finished study.
     """
     about = read_json(study / STUDY, "millscale study")
-    told = read_json(study / REPORT / RESULTS, "millscale study")
-    errors = {row["setting"]: row for row in told["rows"]}
+    results = read_json(study / REPORT / RESULTS, "millscale study")
+    errors = {row["setting"]: row for row in results["rows"]}
     folders = {
         setting["name"]: [study / entry["folder"] for entry in setting["cases"]]
         for setting in about["settings"]

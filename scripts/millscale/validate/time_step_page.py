@@ -140,17 +140,17 @@ def _mill_line(row: Row, means: Sequence[str]) -> str:
     )
 
 
-def _mean(told: Row | None) -> str:
-    if told is None:
+def _mean(found: Row | None) -> str:
+    if found is None:
         return ""
-    return f"{100 * told['difference']:+.1f} ({100 * told['range_of_seeds']:.1f})"
+    return f"{100 * found['difference']:+.1f} ({100 * found['range_of_seeds']:.1f})"
 
 
-def _error(told: Row) -> str:
-    if told["error"] is None:
+def _error(found: Row) -> str:
+    if found["error"] is None:
         return ""
-    spread = "" if told["spread"] is None else f" ± {100 * told['spread']:.2f}"
-    return f"{100 * told['error']:.2f}{spread}"
+    spread = "" if found["spread"] is None else f" ± {100 * found['spread']:.2f}"
+    return f"{100 * found['error']:.2f}{spread}"
 
 
 def _bed_line(row: Row) -> str:

@@ -141,9 +141,9 @@ def _notes(rows: list[Row]) -> list[str]:
         more = f" and {len(ids) - 1} more" if len(ids) > 1 else ""
         notes.append(f"[yellow]warning[/yellow] {escape(f'{ids[0]}{more}: {warning}')}")
     for side, title in (("in", "modelled"), ("out", "left out")):
-        said = dict.fromkeys(
+        statements = dict.fromkeys(
             (entry["what"], entry["reason"]) for row in rows for entry in row["model"][side]
         )
         notes.append(f"{title}:")
-        notes += [escape(f"  {what}: {reason}") for what, reason in said]
+        notes += [escape(f"  {what}: {reason}") for what, reason in statements]
     return notes

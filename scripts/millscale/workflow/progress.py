@@ -63,7 +63,7 @@ def stage_progress(folder: Path, case: Case, stage: Stage, by_hand: bool = False
     try:
         return Progress(step, file.stat().st_mtime, begun, since) if step else Progress(0, 0.0)
     except OSError:
-        # The stage has ended or begun anew since its file was read.
+        # The stage has ended or started again since its file was read.
         return Progress(0, 0.0)
 
 

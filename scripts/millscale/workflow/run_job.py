@@ -25,7 +25,7 @@ from millscale.engine.ending_signals import (
     interrupt_once_on_ending_signals,
 )
 from millscale.engine.parent_death import end_with_parent
-from millscale.engine.temporary_folder import own_folder, run_has_gone
+from millscale.engine.temporary_folder import own_folder, run_has_ended
 from millscale.errors import CampaignError
 from millscale.runs.case_file import load_case
 from millscale.runs.current import unfinished
@@ -129,7 +129,7 @@ def main() -> int:
     options = parser.parse_args()
     escape_unencodable()
     end_with_parent()()
-    if run_has_gone():
+    if run_has_ended():
         return INTERRUPTED
     job = job_named(read_jobs(options.file), options.job)
     with own_folder():

@@ -190,8 +190,8 @@ def _problem(
         kind = record.kind if record.kind in KINDS else UNKNOWN
         return Failure(kind, record.cause, record.advice or advice_of(kind, record.cause))
     if state == "interrupted" and record.state == "running":
-        gone = "the process ended without an error message: killed, or the machine stopped"
-        return Failure(KILLED, f"{KILLED}: {gone}", advice_of(KILLED))
+        cause = f"{KILLED}: the process ended without an error message, or the machine stopped"
+        return Failure(KILLED, cause, advice_of(KILLED))
     if silent is not None and silent > silence:
         cause = f"{NO_PROGRESS}: nothing written for {silent:.0f} s"
         return Failure(NO_PROGRESS, cause, advice_of(NO_PROGRESS))

@@ -119,7 +119,7 @@ def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Differen
 def differing_keys(
     derived: Mapping[str, Any], found: Mapping[str, Any], above: str = ""
 ) -> Iterator[str]:
-    """Paths of the keys, such as `mill.radius_m`, that differ; what is only said is left out."""
+    """Yield the paths of keys that differ, such as `mill.radius_m`, without those of no effect."""
     for key in dict.fromkeys([*derived, *found]):
         if not above and key in INFORMING:
             continue
