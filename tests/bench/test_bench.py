@@ -123,11 +123,11 @@ def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_pat
 @pytest.mark.engine
 @pytest.mark.parametrize("variant", [MILLSCALE, ANALYTIC_WALL_ONLY, LIGGGHTS])
 def test_every_engine_runs_the_state_and_accounts_for_its_time(tmp_path, variant):
-    case = next(c for c in cases_of(load_campaign(MILLS)) if c["S"] == 2.6)
+    case = next(c for c in cases_of(load_campaign(MILLS)) if c.S == 2.6)
     write_dump(tmp_path / "state.dump", some_balls())
-    box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
+    box = (case.domain.half_box_m, case.mill.simulated_length_m)
     count = write_data(tmp_path / "state.dump", box, tmp_path / "state.data")
-    surface = build_liner_mesh(liner_of(case["mill"]), box[1], case["wall"]["chord_error_m"], 1)
+    surface = build_liner_mesh(liner_of(case.mill), box[1], case.wall.chord_error_m, 1)
     write_stl(tmp_path / "liner.stl", surface)
     state = State(case, tmp_path / "state.data", tmp_path / "liner.stl", 0.3, count)
     phases = time_run(variant, state, 1, 2, 50, tmp_path / "run")
@@ -151,8 +151,8 @@ def test_every_variant_is_a_campaign_of_its_own(tmp_path, variants):
 def test_the_drum_is_one_mill_without_lifters_and_without_rolling_friction():
     case = next(iter(cases_of(load_campaign(SCENES["drum"].campaign))))
     assert case.id == SCENES["drum"].case
-    assert case["mill"]["lifters"] == 0
-    assert case["deck"]["rolling_model_pp"] == "off"
+    assert case.mill.lifters == 0
+    assert case.deck.rolling_model_pp == "off"
 
 
 @pytest.mark.parametrize("variant", [LAMMPS, YADE], ids=["lammps", "yade"])
@@ -162,7 +162,7 @@ def test_other_engines_run_the_drum_and_tell_their_time(tmp_path, variant):
     case = next(iter(cases_of(load_campaign(SCENES["drum"].campaign))))
     dump, data = tmp_path / "state.dump", tmp_path / "state.data"
     write_dump(dump, some_balls())
-    box = (case["domain"]["half_box_m"], case["mill"]["simulated_length_m"])
+    box = (case.domain.half_box_m, case.mill.simulated_length_m)
     balls = write_data(dump, box, data)
     state = State(case, data, tmp_path / "none.stl", 0.3, balls)
     phases = time_run(variant, state, 1, 5, 20, tmp_path / "run")

@@ -48,13 +48,13 @@ def test_seeds_are_told_apart_only_if_there_are_several(tmp_path):
     assert [case.id for case in one] == ["mb-cs-paper-S1.000", "mb-cs-paper-S2.600"]
     several = cases(tmp_path, single_ball=None, multi_ball={**charge, "seeds": [3, 4]})
     assert "mb-cg-paper-S1.000-seed4" in by_id(several)
-    assert {case["seed"] for case in several} == {3, 4}
+    assert {case.seed for case in several} == {3, 4}
 
 
 def test_dear_models_may_take_the_first_seed_only(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "seeds": [3, 4], "seeds_from_S": 2.6}
     found = cases(tmp_path, single_ball=None, multi_ball=charge)
-    assert [case.id for case in found if case["scheme"] == "constant-gravity"] == [
+    assert [case.id for case in found if case.scheme == "constant-gravity"] == [
         "mb-cg-paper-S1.000-seed3",
         "mb-cg-paper-S2.600-seed3",
         "mb-cg-paper-S2.600-seed4",
@@ -70,63 +70,63 @@ def test_a_case_holds_every_section_of_its_schema(tmp_path):
 def test_the_law_in_a_case_is_that_of_the_core(tmp_path):
     physical = _core.OperatingPoint(3.9, 0.02, 9.81, 1.0)
     for case in cases(tmp_path, **EVERY_SCHEME, **EVERY_POLICY):
-        scaled = _core.scale(physical, case["S"], case["scheme"], case["policy"])
-        assert case["mill"]["omega_rad_s"] == scaled.mill.omega
-        assert case["mill"]["gravity_m_s2"] == scaled.mill.gravity
-        assert case["mill"]["radius_m"] == pytest.approx(scaled.mill.radius, rel=1e-14)
-        assert case["predicted_energy_ratio"] == scaled.predicted_energy_ratio
+        scaled = _core.scale(physical, case.S, case.scheme, case.policy)
+        assert case.mill.omega_rad_s == scaled.mill.omega
+        assert case.mill.gravity_m_s2 == scaled.mill.gravity
+        assert case.mill.radius_m == pytest.approx(scaled.mill.radius, rel=1e-14)
+        assert case.predicted_energy_ratio == scaled.predicted_energy_ratio
 
 
 def test_every_case_turns_the_same_angle_and_waits_the_same_scaled_time(tmp_path):
     for case in cases(tmp_path, **EVERY_SCHEME, **EVERY_POLICY, **MULTI_BALL):
-        time, mill = case["time"], case["mill"]
-        step_angle = mill["omega_rad_s"] * time["step_s"]
-        turned = time["rotation_steps"] * step_angle
+        time, mill = case.time, case.mill
+        step_angle = mill.omega_rad_s * time.step_s
+        turned = time.rotation_steps * step_angle
         # A charge turns by whole intervals between dumps, each of whole steps.
-        roundings = 1 if case.kind == "single-ball" else time["rotation_angle_rad"] / 0.5
+        roundings = 1 if case.kind == "single-ball" else time.rotation_angle_rad / 0.5
         allowed = 0.51 * step_angle * roundings
-        assert turned == pytest.approx(time["rotation_angle_rad"], abs=allowed)
+        assert turned == pytest.approx(time.rotation_angle_rad, abs=allowed)
         wait = 0.1 if case.kind == "single-ball" else 0.8
-        scaled_wait = wait * case["factors"]["time"]
-        assert time["start_s"] == pytest.approx(scaled_wait, abs=0.51 * time["step_s"])
+        scaled_wait = wait * case.factors.time
+        assert time.start_s == pytest.approx(scaled_wait, abs=0.51 * time.step_s)
 
 
 def test_samples_fall_on_equal_mill_angles(tmp_path):
     for case in cases(tmp_path, **EVERY_SCHEME):
-        step_angle = case["mill"]["omega_rad_s"] * case["time"]["step_s"]
-        sampled = case["output"]["sample_steps"] * step_angle
-        assert sampled == pytest.approx(case["time"]["sample_angle_rad"], abs=0.51 * step_angle)
+        step_angle = case.mill.omega_rad_s * case.time.step_s
+        sampled = case.output.sample_steps * step_angle
+        assert sampled == pytest.approx(case.time.sample_angle_rad, abs=0.51 * step_angle)
 
 
 def test_a_sample_is_never_more_often_than_a_step(tmp_path):
     case = cases(tmp_path, single_ball__sample_angle_rad=1e-9)[0]
-    assert case["output"]["sample_steps"] == 1
+    assert case.output.sample_steps == 1
 
 
 def test_the_single_ball_starts_just_clear_of_the_liner(tmp_path):
     for phase in (0.0, 3.6, 7.2):
         for case in cases(tmp_path, liner__phase_deg=phase):
-            x, y, z = case["ball"]["start_m"]
-            mill = case["mill"]
+            x, y, z = case.ball.start_m
+            mill = case.mill
             liner = _core.Lifters(
-                mill["radius_m"], mill["lifter_top_radius_m"], mill["lifter_top_width_m"],
-                mill["groove_width_m"], mill["lifters"], mill["phase_rad"],
+                mill.radius_m, mill.lifter_top_radius_m, mill.lifter_top_width_m,
+                mill.groove_width_m, mill.lifters, mill.phase_rad,
             )  # fmt: skip
             gap = float(liner.nearest(x, z).distance) - 0.02
-            assert (x, y) == (0.0, mill["simulated_length_m"] / 2.0)
+            assert (x, y) == (0.0, mill.simulated_length_m / 2.0)
             # A panel lies inside its arc by the chord error at most.
-            assert 0.0 < gap <= 1.1e-3 * 0.02 + case["wall"]["chord_error_m"]
+            assert 0.0 < gap <= 1.1e-3 * 0.02 + case.wall.chord_error_m
 
 
 def test_with_a_lifter_at_the_bottom_the_ball_starts_on_it(tmp_path):
     case = cases(tmp_path, liner__phase_deg=7.2)[0]
-    assert case["ball"]["start_m"][2] == pytest.approx(-(3.61 - 0.02), abs=1e-4)
+    assert case.ball.start_m[2] == pytest.approx(-(3.61 - 0.02), abs=1e-4)
 
 
 def test_overlap_matched_stiffness_follows_velocity_squared(tmp_path):
     changes = {"scaling__stiffness": "overlap-matched", **EVERY_SCHEME}
     found = by_id(cases(tmp_path, **changes))
-    modulus = {key: case["material"]["youngs_modulus_pa"] for key, case in found.items()}
+    modulus = {key: case.material.youngs_modulus_pa for key, case in found.items()}
     assert modulus["sb-cg-paper-S1.000"] == pytest.approx(5.98e7, rel=1e-14)
     assert modulus["sb-cg-paper-S2.600"] == pytest.approx(5.98e7 / 2.6, rel=1e-14)
     assert modulus["sb-cs-paper-S2.600"] == pytest.approx(5.98e7 / 2.6**2, rel=1e-14)
@@ -138,20 +138,20 @@ def test_twin_cases_have_equal_groups(tmp_path):
     a, b = found["sb-cg-paper-S2.600"], found["sb-cs-paper-S2.600"]
 
     def stiffness_group(case):
-        mill = case["mill"]
-        speed = mill["omega_rad_s"] * mill["radius_m"]
-        return case["material"]["youngs_modulus_pa"] / (2678.0 * speed**2)
+        mill = case.mill
+        speed = mill.omega_rad_s * mill.radius_m
+        return case.material.youngs_modulus_pa / (2678.0 * speed**2)
 
     assert stiffness_group(a) == pytest.approx(stiffness_group(b), rel=1e-13)
-    assert b["time"]["step_s"] / a["time"]["step_s"] == pytest.approx(math.sqrt(2.6), rel=1e-13)
+    assert b.time.step_s / a.time.step_s == pytest.approx(math.sqrt(2.6), rel=1e-13)
 
 
 def test_a_slice_takes_its_share_of_the_balls(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "count": [20000, 1000], "slice_length_m": 0.2}
     found = by_id(cases(tmp_path, multi_ball=charge))
-    assert found["mb-cg-paper-S1.000"]["ball"]["count"] == 4000
-    assert found["mb-cg-paper-S2.600"]["ball"]["count"] == 520
-    assert found["mb-cg-paper-S2.600"]["mill"]["simulated_length_m"] == 0.2
+    assert found["mb-cg-paper-S1.000"].ball.count == 4000
+    assert found["mb-cg-paper-S2.600"].ball.count == 520
+    assert found["mb-cg-paper-S2.600"].mill.simulated_length_m == 0.2
 
 
 def test_a_slice_in_ball_diameters_is_the_same_slice(tmp_path):
@@ -161,7 +161,7 @@ def test_a_slice_in_ball_diameters_is_the_same_slice(tmp_path):
         for given in ({"slice_length_m": 0.2}, {"slice_diameters": 5.0})
     )
     for name, case in diameters.items():
-        assert case["digest"] == metres[name]["digest"]
+        assert case.digest == metres[name].digest
 
 
 def test_filling_and_porosity_give_the_count_from_the_liner_area(tmp_path):
@@ -171,15 +171,15 @@ def test_filling_and_porosity_give_the_count_from_the_liner_area(tmp_path):
     x, z = nodes.T
     area = 0.5 * abs(np.sum(x * np.roll(z, -1) - z * np.roll(x, -1)))
     expected = 0.3 * 0.65 * area * 1.0 / (4.0 / 3.0 * math.pi * 0.02**3)
-    assert case["ball"]["count"] == pytest.approx(expected, abs=1.0)
-    assert case["charge"]["solid_fraction"] == pytest.approx(0.3 * 0.65, rel=1e-5)
+    assert case.ball.count == pytest.approx(expected, abs=1.0)
+    assert case.charge.solid_fraction == pytest.approx(0.3 * 0.65, rel=1e-5)
 
 
 def test_the_papers_count_of_a_plain_cylinder_is_found(tmp_path):
     """Section 2.2: 278,058 balls."""
     charge = {"filling": 0.3, "porosity": 0.35, "rotation_angle_rad": 1.0, "S": [1.0]}
     case = by_id(cases(tmp_path, liner=None, multi_ball=charge))["mb-cg-paper-S1.000"]
-    assert case["ball"]["count"] == 278058
+    assert case.ball.count == 278058
 
 
 def test_froude_scheme_takes_its_time_factor_or_exponent(tmp_path):
@@ -187,9 +187,9 @@ def test_froude_scheme_takes_its_time_factor_or_exponent(tmp_path):
     factor = cases(tmp_path, scaling__time_factor=0.25, **changes)[0]
     exponent = cases(tmp_path, scaling__time_exponent=-1.0, **changes)[0]
     assert factor.id == "sb-fr-paper-S4.000"
-    assert factor["mill"] == exponent["mill"]
-    assert factor["mill"]["omega_rad_s"] == pytest.approx(4.0, rel=1e-15)
-    assert factor["mill"]["froude"] == pytest.approx(3.9 / 9.81, rel=1e-14)
+    assert factor.mill == exponent.mill
+    assert factor.mill.omega_rad_s == pytest.approx(4.0, rel=1e-15)
+    assert factor.mill.froude == pytest.approx(3.9 / 9.81, rel=1e-14)
 
 
 def test_a_case_survives_its_file(tmp_path):
@@ -203,8 +203,8 @@ def test_a_case_survives_its_file(tmp_path):
 def test_the_digest_follows_what_decides_a_case_and_nothing_else(tmp_path):
     case = cases(tmp_path)[0]
     said = {**case.document, "versions": {"millscale": "9"}, "model": {}, "warnings": ["x"]}
-    assert case_digest(said) == case["digest"]
-    assert case_digest({**case.document, "S": 1.5}) != case["digest"]
+    assert case_digest(said) == case.digest
+    assert case_digest({**case.document, "S": 1.5}) != case.digest
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"schema": 2}', "[" * 100_000])

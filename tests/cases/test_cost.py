@@ -112,7 +112,7 @@ def test_memory_grows_with_ranks_and_balls():
 def finished(folder, case, factor, cpu="this"):
     """A case folder whose run took `factor` times as long as predicted without correction."""
     folder.mkdir()
-    balls, ranks = case["ball"]["count"], 2
+    balls, ranks = case.ball.count, 2
     rate = balls / (step_time(case, ranks) * ranks) / factor
     timing = {"hardware": {"cpu": cpu}, "ranks": ranks, "particle_steps_per_s_core": rate}
     (folder / "case.json").write_text(case.text())

@@ -32,7 +32,8 @@ def terms(case):
 
 
 def said(case, side):
-    return {entry["what"]: entry["reason"] for entry in case["model"][side]}
+    statements = {"in": case.model.inside, "out": case.model.outside}[side]
+    return {entry.what: entry.reason for entry in statements}
 
 
 def test_a_charge_with_friction_has_every_term(tmp_path):
@@ -49,9 +50,9 @@ def test_a_charge_with_friction_has_every_term(tmp_path):
     ],
 )
 def test_the_wall_damps_as_the_balls_do_where_it_is_ours(tmp_path, changes, word):
-    assert of_kind(tmp_path, "multi-ball", **changes)["deck"]["wall_damping"] == word
+    assert of_kind(tmp_path, "multi-ball", **changes).deck.wall_damping == word
     # A single ball is damped as it is, and its cases stay what they were.
-    assert "wall_damping" not in of_kind(tmp_path, "single-ball", **changes)["deck"]
+    assert of_kind(tmp_path, "single-ball", **changes).deck.wall_damping is None
 
 
 def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
@@ -60,9 +61,9 @@ def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
     # Asked not to, or not asked: the case is what it was before there was an account.
     plain = of_kind(tmp_path, "multi-ball", multi_ball__ledger=False)
     assert terms(plain) == EVERYTHING
-    assert plain["digest"] == of_kind(tmp_path, "multi-ball")["digest"] != asked["digest"]
-    rows = plain["time"]["steps"] // plain["output"]["sample_steps"]
-    assert asked["predicted"]["output_bytes"] - plain["predicted"]["output_bytes"] > 500 * rows
+    assert plain.digest == of_kind(tmp_path, "multi-ball").digest != asked.digest
+    rows = plain.time.steps // plain.output.sample_steps
+    assert asked.predicted.output_bytes - plain.predicted.output_bytes > 500 * rows
 
 
 def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
@@ -123,7 +124,7 @@ def test_forcing_a_term_makes_another_case(tmp_path):
     plain, forced = (
         of_kind(tmp_path, "single-ball", **change) for change in ({}, {"model__force": ["pair"]})
     )
-    assert plain["digest"] != forced["digest"]
+    assert plain.digest != forced.digest
 
 
 def test_nothing_is_said_of_balls_that_do_not_meet(tmp_path):

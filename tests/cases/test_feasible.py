@@ -47,8 +47,8 @@ def test_the_largest_scale_named_fits_and_a_little_more_does_not(tmp_path):
 def test_on_a_mesh_balls_may_lie_on_the_lifters(tmp_path):
     mesh = {"wall__kind": "mesh", "single_ball__step_s": "advised", "scaling__S": [10.0, 20.0]}
     for case in cases(tmp_path, **mesh):
-        warned = [text for text in case["warnings"] if "they lie on the lifters" in text]
-        assert bool(warned) == (case["S"] == 20.0)
+        warned = [text for text in case.warnings if "they lie on the lifters" in text]
+        assert bool(warned) == (case.S == 20.0)
 
 
 def test_balls_that_fit_no_mill_are_told_so(tmp_path):
@@ -154,6 +154,6 @@ def test_small_numbers_are_shown_with_their_digits(tmp_path):
 def test_a_rotation_that_ends_before_a_charge_is_steady_is_warned_of(tmp_path, angle, warned):
     changes = MULTI_BALL | {"multi_ball__rotation_angle_rad": angle}
     for case in cases(tmp_path, **changes):
-        texts = [text for text in case["warnings"] if "a charge is not steady before" in text]
+        texts = [text for text in case.warnings if "a charge is not steady before" in text]
         assert len(texts) == (warned and case.kind == "multi-ball")
         assert all("rotation_angle_rad = 11 or more" in text for text in texts)

@@ -4,7 +4,8 @@ from paper_campaign import MULTI_BALL, cases
 
 
 def said(case, side: str) -> dict[str, str]:
-    return {entry["what"]: entry["reason"] for entry in case["model"][side]}
+    statements = {"in": case.model.inside, "out": case.model.outside}[side]
+    return {entry.what: entry.reason for entry in statements}
 
 
 def test_what_the_paper_does_not_give_is_said_to_be_assumed(tmp_path):
@@ -15,13 +16,13 @@ def test_what_the_paper_does_not_give_is_said_to_be_assumed(tmp_path):
 def test_the_unscaled_ball_radius_is_left_out_of_scaled_mills_only(tmp_path):
     for case in cases(tmp_path, scaling__policies=["corrected", "paper"]):
         reason = said(case, "out").get("scaling of the ball radius")
-        assert (reason is None) == (case["S"] == 1.0)
-        assert reason is None or case["policy"] in reason
+        assert (reason is None) == (case.S == 1.0)
+        assert reason is None or case.policy in reason
 
 
 def test_air_drag_is_weighed_against_the_ball(tmp_path):
     drag = 0.5 * 1.2 * 0.47 * math.pi * 0.02**2
     weight = 4.0 / 3.0 * math.pi * 0.02**3 * 2678.0 * 9.81
     for case in cases(tmp_path)[:1]:
-        speed = case["time"]["impact_speed_m_s"]
+        speed = case.time.impact_speed_m_s
         assert said(case, "out")["air drag"].startswith(f"{drag * speed**2 / weight:.1%} ")

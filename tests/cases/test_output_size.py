@@ -36,7 +36,7 @@ def test_a_case_beyond_its_budget_is_refused(tmp_path):
     )
     with pytest.raises(CampaignError, match=f"run.output_gb: {CHARGE} would write .* GB"):
         case_of(tmp_path, text + "0.01")
-    assert case_of(tmp_path, text + "1.0")["predicted"]["output_bytes"] > 1e7
+    assert case_of(tmp_path, text + "1.0").predicted.output_bytes > 1e7
 
 
 def test_the_plan_tells_the_disk(millscale):

@@ -42,18 +42,18 @@ def test_every_parameter_promised_is_written(both_kinds):
 def test_a_mesh_wall_has_its_file_and_curvature(tmp_path):
     for case in cases(tmp_path, **MULTI_BALL, wall__kind="mesh"):
         assert set(parameters(case)) >= PROMISED | OF_A_MESH
-        assert parameters(case)["curvature_deg"] == case["wall"]["curvature_deg"]
+        assert parameters(case)["curvature_deg"] == case.wall.curvature_deg
 
 
 def test_numbers_come_back_exactly(both_kinds, tmp_path):
     for case in both_kinds:
         write_parameters(case, tmp_path)
         written = read(tmp_path / "parameters.in")
-        assert float(written["S"]) == case["S"]
-        assert float(written["time_step"]) == case["time"]["step_s"]
-        assert float(written["half_box"]) == case["domain"]["half_box_m"]
-        assert float(written["length"]) == case["mill"]["simulated_length_m"]
-        assert written["scheme"] == case["scheme"]
+        assert float(written["S"]) == case.S
+        assert float(written["time_step"]) == case.time.step_s
+        assert float(written["half_box"]) == case.domain.half_box_m
+        assert float(written["length"]) == case.mill.simulated_length_m
+        assert written["scheme"] == case.scheme
 
 
 def test_counts_are_whole_numbers(both_kinds, tmp_path):

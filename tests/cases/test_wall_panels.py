@@ -17,12 +17,12 @@ from paper_campaign import MULTI_BALL, cases
 def test_panels_are_those_of_the_mesh(tmp_path, divisions):
     wall = {"wall": {"kind": "mesh", "axial_divisions": divisions}}
     for case in cases(tmp_path, **MULTI_BALL, **wall)[::3]:
-        wall, length = case["wall"], case["mill"]["simulated_length_m"]
-        mesh = build_liner_mesh(liner_of(case["mill"]), length, wall["chord_error_m"], divisions)
-        assert wall["triangles"] == len(mesh.triangles)
-        assert wall["curvature_deg"] == pytest.approx(curvature_deg(mesh), rel=1e-9)
-        panels = panels_of(liner_of(case["mill"]), length, wall["chord_error_m"], divisions)
-        assert lint(panels, liner_of(case["mill"]), length, wall["chord_error_m"]).ok
+        wall, length = case.wall, case.mill.simulated_length_m
+        mesh = build_liner_mesh(liner_of(case.mill), length, wall.chord_error_m, divisions)
+        assert wall.triangles == len(mesh.triangles)
+        assert wall.curvature_deg == pytest.approx(curvature_deg(mesh), rel=1e-9)
+        panels = panels_of(liner_of(case.mill), length, wall.chord_error_m, divisions)
+        assert lint(panels, liner_of(case.mill), length, wall.chord_error_m).ok
         # The same corners, whatever the order and the diagonals.
         rounded = [np.unique(np.round(x.nodes, 9), axis=0) for x in (mesh, panels)]
         np.testing.assert_allclose(*rounded, rtol=0.0, atol=2e-9)
@@ -30,22 +30,22 @@ def test_panels_are_those_of_the_mesh(tmp_path, divisions):
 
 def test_a_plain_drum_is_one_surface(tmp_path):
     case = cases(tmp_path, liner=None, wall__kind="mesh")[0]
-    nodes, _ = _core.Lifters(3.9, 0.0, 0.0, 0.0, 0).polygon(case["wall"]["chord_error_m"])
-    assert case["wall"]["curvature_deg"] > 360.0 / len(nodes)
+    nodes, _ = _core.Lifters(3.9, 0.0, 0.0, 0.0, 0).polygon(case.wall.chord_error_m)
+    assert case.wall.curvature_deg > 360.0 / len(nodes)
 
 
 def test_chord_error_is_given_for_the_physical_mill(tmp_path):
     found = cases(tmp_path, wall__chord_error_m=2e-3)
-    assert [case["wall"]["chord_error_m"] for case in found[:2]] == [2e-3, 2e-3 / 2.6]
+    assert [case.wall.chord_error_m for case in found[:2]] == [2e-3, 2e-3 / 2.6]
 
 
 def test_meshes_of_all_models_are_similar(tmp_path):
     found = cases(tmp_path, scaling__S=[1.0, 1.3, 2.6])
-    assert len({case["wall"]["triangles"] for case in found}) == 1
+    assert len({case.wall.triangles for case in found}) == 1
 
 
 def test_axial_divisions_multiply_the_triangles(tmp_path):
-    one, three = (cases(tmp_path, wall__axial_divisions=n)[0]["wall"]["triangles"] for n in (1, 3))
+    one, three = (cases(tmp_path, wall__axial_divisions=n)[0].wall.triangles for n in (1, 3))
     assert three == 3 * one
 
 
@@ -77,24 +77,24 @@ SHARP = {
 @pytest.mark.parametrize("mill", [LONG, SLENDER, SHARP])
 def test_an_analytic_wall_needs_no_panels_that_the_engine_takes(tmp_path, mill):
     for case in cases(tmp_path, **mill):
-        assert "curvature_deg" not in case["wall"]
-        assert case["wall"]["axial_divisions"] == 1
+        assert case.wall.curvature_deg is None
+        assert case.wall.axial_divisions == 1
 
 
 @pytest.mark.parametrize("mill", [LONG, SLENDER, SHARP])
 def test_the_program_finds_axial_divisions_that_the_engine_takes(tmp_path, mill):
     for case in cases(tmp_path, **mill, wall__kind="mesh"):
-        wall, length = case["wall"], case["mill"]["simulated_length_m"]
-        args = length, wall["chord_error_m"]
-        panels = panels_of(liner_of(case["mill"]), *args, wall["axial_divisions"])
-        report = lint(panels, liner_of(case["mill"]), *args)
+        wall, length = case.wall, case.mill.simulated_length_m
+        args = length, wall.chord_error_m
+        panels = panels_of(liner_of(case.mill), *args, wall.axial_divisions)
+        report = lint(panels, liner_of(case.mill), *args)
         assert report.ok, report.problems
-        assert wall["curvature_deg"] == pytest.approx(report.curvature_deg, rel=1e-9)
-        assert wall["triangles"] == len(panels.triangles)
+        assert wall.curvature_deg == pytest.approx(report.curvature_deg, rel=1e-9)
+        assert wall.triangles == len(panels.triangles)
         # None fewer would do.
-        if wall["axial_divisions"] > 1:
-            fewer = panels_of(liner_of(case["mill"]), *args, wall["axial_divisions"] - 1)
-            assert not lint(fewer, liner_of(case["mill"]), *args).ok
+        if wall.axial_divisions > 1:
+            fewer = panels_of(liner_of(case.mill), *args, wall.axial_divisions - 1)
+            assert not lint(fewer, liner_of(case.mill), *args).ok
 
 
 @pytest.mark.parametrize(("given", "accepted"), [(1, False), (10, False), (40, True), (400, False)])
@@ -102,22 +102,22 @@ def test_axial_divisions_that_do_not_fit_are_refused_with_some_that_do(tmp_path,
     mill = {**SHARP, "mill__length_m": 0.36, "single_ball__step_s": "advised"}
     wall = {"wall": {"kind": "mesh", "axial_divisions": given}}
     if accepted:
-        assert cases(tmp_path, **mill, **wall)[0]["wall"]["axial_divisions"] == given
+        assert cases(tmp_path, **mill, **wall)[0].wall.axial_divisions == given
         return
     with pytest.raises(CampaignError, match=f"got {given}, S = 1: the folds") as refused:
         cases(tmp_path, **mill, **wall)
     works = int(refused.value.accepted.split(",")[0])
     wall = {"wall": {"kind": "mesh", "axial_divisions": works}}
-    assert cases(tmp_path, **mill, **wall)[0]["wall"]["axial_divisions"] == works
+    assert cases(tmp_path, **mill, **wall)[0].wall.axial_divisions == works
 
 
 @pytest.mark.parametrize("mill", [LONG, SHARP, {}])
 @pytest.mark.parametrize("divisions", [1, 2, 7, 40])
 def test_the_range_of_curvature_needs_no_mesh(tmp_path, mill, divisions):
     case = cases(tmp_path, **mill)[0]
-    length, error = case["mill"]["simulated_length_m"], case["wall"]["chord_error_m"]
-    of_mesh = curvature_range_deg(panels_of(liner_of(case["mill"]), length, error, divisions))
-    profile, kinds = liner_of(case["mill"]).polygon(error)
+    length, error = case.mill.simulated_length_m, case.wall.chord_error_m
+    of_mesh = curvature_range_deg(panels_of(liner_of(case.mill), length, error, divisions))
+    profile, kinds = liner_of(case.mill).polygon(error)
     assert panel_range_deg(profile, kinds, length / divisions) == pytest.approx(of_mesh, rel=1e-9)
 
 

@@ -170,8 +170,8 @@ def test_a_case_gets_the_balls_it_counts_in_its_own_liner(tmp_path):
         write_charge(case, tmp_path)
         body = (tmp_path / "charge.data").read_text().partition("Atoms\n\n")[2]
         rows = np.array([line.split() for line in body.splitlines()], dtype=float)
-        assert len(rows) == case["ball"]["count"]
-        liner = liner_of(case["mill"])
-        assert liner.area == pytest.approx(case["mill"]["area_m2"], rel=1e-12)
+        assert len(rows) == case.ball.count
+        liner = liner_of(case.mill)
+        assert liner.area == pytest.approx(case.mill.area_m2, rel=1e-12)
         cross_section = np.ascontiguousarray(rows[:, [4, 6]])
         assert liner.nearest(cross_section).distance.min() > 0.02

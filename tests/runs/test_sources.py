@@ -34,7 +34,9 @@ def in_the_locales_encoding(node, owner, name):
     if name == "open" and owner != "os":
         words = [x.value for x in node.args if isinstance(x, ast.Constant)]
         return not any("b" in str(word) for word in words)
-    return bool({x.arg for x in node.keywords if x.arg in ("text", "universal_newlines")})
+    # Of `subprocess`; elsewhere `text` is a name like any other.
+    runs = owner == "subprocess" or name in ("Popen", "check_output")
+    return runs and bool(given & {"text", "universal_newlines"})
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))

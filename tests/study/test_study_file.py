@@ -24,8 +24,8 @@ def test_a_setting_is_the_base_with_what_it_changes(tmp_path):
         reference.campaign.contacts.damping == "plain"
         and default.campaign.contacts.damping == "bounded"
     )
-    assert [case["time"]["step_s"] for case in reference.cases] == [5e-5, 5e-5]
-    assert [case["time"]["step_s"] for case in default.cases] == [1e-4]
+    assert [case.time.step_s for case in reference.cases] == [5e-5, 5e-5]
+    assert [case.time.step_s for case in default.cases] == [1e-4]
     assert {case.kind for setting in study.settings for case in setting.cases} == {"multi-ball"}
     assert same.campaign.ranks == 1 and same.about == "as the default"
     base = load_campaign(tmp_path / "small.toml")

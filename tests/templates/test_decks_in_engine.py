@@ -80,12 +80,12 @@ def test_the_fix_derives_what_case_json_says(cases, tmp_path, case_id):
     text = _run(tmp_path, "show.in")
     line = next(x for x in text.splitlines() if x.startswith("values"))
     values = [float(word) for word in line.split()[1:]]
-    mill, factors = case["mill"], case["factors"]
-    assert values[:4] == [mill[name] for name in PUBLISHED]
-    assert values[4:6] == [factors["length"], factors["time"]]
-    assert values[6:8] == [case["predicted_energy_ratio"], case["centre_path_energy_ratio"]]
+    mill, factors = case.mill, case.factors
+    assert values[:4] == [getattr(mill, name) for name in PUBLISHED]
+    assert values[4:6] == [factors.length, factors.time]
+    assert values[6:8] == [case.predicted_energy_ratio, case.centre_path_energy_ratio]
     # The turn ends on a whole step.
-    assert values[8] == pytest.approx(0.02, abs=mill["omega_rad_s"] * case["time"]["step_s"])
+    assert values[8] == pytest.approx(0.02, abs=mill.omega_rad_s * case.time.step_s)
 
 
 def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
@@ -99,10 +99,10 @@ def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
     header, *rows = (folder / "series.csv").read_text().splitlines()
     assert header == CHARGE_SERIES
     last = dict(zip(header.split(","), rows[-1].split(","), strict=True))
-    assert int(float(last["balls"])) == case["ball"]["count"]
+    assert int(float(last["balls"])) == case.ball.count
     assert float(last["mill_angle_rad"]) == pytest.approx(0.02, rel=0.05)
     states = ("balls_on_wall", "balls_in_bed", "balls_in_flight")
-    assert sum(float(last[name]) for name in states) == case["ball"]["count"]
+    assert sum(float(last[name]) for name in states) == case.ball.count
     dumps = sorted((folder / "dump").glob("charge.*.liggghts"))
     assert f"ITEM: ATOMS {CHARGE_DUMP} \n" in dumps[0].read_text()
     _check_measurements(case, {name: float(value) for name, value in last.items()})
@@ -128,10 +128,10 @@ def _log(folder):
 
 def _check_measurements(case, last):
     """A charge that has hardly fallen yet: bounds that any column in another's place breaks."""
-    radius, ball = case["mill"]["radius_m"], case["ball"]["radius_m"]
-    mass = case["ball"]["mass_kg"] * case["ball"]["count"]
+    radius, ball = case.mill.radius_m, case.ball.radius_m
+    mass = case.ball.mass_kg * case.ball.count
     assert last["potential_J"] == pytest.approx(
-        mass * case["mill"]["gravity_m_s2"] * last["centre_z_m"], rel=1e-9
+        mass * case.mill.gravity_m_s2 * last["centre_z_m"], rel=1e-9
     )
     assert -radius < last["centre_z_m"] < 0
     assert last["kinetic_rotation_J"] < last["kinetic_translation_J"]

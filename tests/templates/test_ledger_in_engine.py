@@ -40,7 +40,7 @@ def test_both_paths_of_the_validation_close(tmp_path):
     for name, contacts in CONTACTS.items():
         (tmp_path / name).mkdir()
         found = turned(settled, tmp_path / name, contacts, None)
-        assert found["to_rad"] == pytest.approx(case["time"]["rotation_angle_rad"], rel=0.05)
+        assert found["to_rad"] == pytest.approx(case.time.rotation_angle_rad, rel=0.05)
         assert found["step_s"] == contacts.step
         assert abs(found["closure"]) < 0.01
         assert found["mill_work_J"] > 0.0 and found["series_work_J"] > 0.0

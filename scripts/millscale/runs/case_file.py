@@ -8,7 +8,7 @@ have limits. Keys that no section names are not read.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -47,29 +47,6 @@ Switch = Literal["on", "off"]
 
 class Section(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """A part of case.json. Keys that a file may lack have a default, and are not written then."""
-
-    # Access by string keys, until every reader uses attributes.
-    def __getitem__(self, key: str) -> Any:
-        if key not in self.__struct_fields__ and key not in ("in", "out"):
-            raise KeyError(key)
-        value = getattr(self, {"in": "inside", "out": "outside"}.get(key, key))
-        if value is None and key in (
-            *("start_m", "charge", "curvature_deg", "wall_damping", "profile"),
-        ):
-            raise KeyError(key)
-        return value
-
-    def get(self, key: str, default: Any = None) -> Any:
-        try:
-            return self[key]
-        except KeyError:
-            return default
-
-    def keys(self) -> list[str]:
-        return list(msgspec.to_builtins(self))
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.keys())
 
 
 class PhysicalMill(Section, frozen=True):

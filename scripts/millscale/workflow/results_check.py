@@ -111,7 +111,7 @@ def _settled(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
     except ValueError as error:
         raise NotWholeError(f"{BED_DUMP} is not whole: {error}") from None
     if len(velocities) != case.ball.count:
-        raise NotWholeError(f"{BED_DUMP} has {len(velocities)} balls, not {case['ball']['count']}")
+        raise NotWholeError(f"{BED_DUMP} has {len(velocities)} balls, not {case.ball.count}")
     some = bed.centres[:: max(1, len(bed.centres) // _BALLS_SOUGHT)][:_BALLS_SOUGHT]
     if not holds(restart.path, some):
         raise NotWholeError(f"{restart.path.name} does not hold the balls of {BED_DUMP}")
@@ -217,7 +217,7 @@ def _log(path: Path, case: Case, stage: Stage, decks: Mapping[str, str]) -> _Log
         raise NotWholeError(f"{path.name} ends before the first step")
     balls = {count for *_, count in rows.values()}
     if balls != {case.ball.count}:
-        raise NotWholeError(f"{path.name} has {max(balls)} balls, not {case['ball']['count']}")
+        raise NotWholeError(f"{path.name} has {max(balls)} balls, not {case.ball.count}")
     ranks = math.prod(int(x) for x in grid.groups())
     return _Log(path.name, text, ranks, max(balls), {s: (e, a) for s, (e, a, _) in rows.items()})
 
