@@ -8,7 +8,7 @@ import numpy as np
 from millscale.mesh.liner_mesh import LinerMesh
 
 
-def default_chord_error(ball_radius, S=1.0):
+def default_chord_error(ball_radius: float, S: float = 1.0) -> float:
     """Chord error of the groove arcs that is small against everything else in the contact [m].
 
     2.5 % of the ball radius, over S: 0.5 mm for the paper's ball in the physical mill, as much as

@@ -5,13 +5,20 @@ import math
 import numpy as np
 
 from millscale.mesh.engine_limits import CURVATURE_MAX_DEG
-from millscale.mesh.liner_mesh import GROOVE, UNKNOWN, folds_deg, shared_edges, smallest_angles_deg
+from millscale.mesh.liner_mesh import (
+    GROOVE,
+    UNKNOWN,
+    LinerMesh,
+    folds_deg,
+    shared_edges,
+    smallest_angles_deg,
+)
 
 # Flat pieces fold by rounding only, and any curvature covers that.
 UNRESOLVED_DEG = 1e-4
 
 
-def curvature_deg(mesh):
+def curvature_deg(mesh: LinerMesh) -> float:
     """Angle for `curvature` [degrees] that tells arc panels from lifter edges.
 
     Between neighbours that fold by less, the engine carries the shear history over and counts one
@@ -34,12 +41,12 @@ def curvature_deg(mesh):
     return between_deg(lower, upper)
 
 
-def between_deg(lower, upper):
+def between_deg(lower: float, upper: float) -> float:
     """The value taken between two limits, which fit [degrees]."""
     return math.sqrt(lower * upper) if lower > 0.0 else 0.5 * upper
 
 
-def curvature_range_deg(mesh):
+def curvature_range_deg(mesh: LinerMesh) -> tuple[float, float]:
     """Open interval (lower, upper) of values for `curvature` [degrees]."""
     if (mesh.faces == UNKNOWN).any():
         raise ValueError("curvature: the faces of the mesh are not known; lint it with its liner")

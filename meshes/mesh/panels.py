@@ -9,7 +9,7 @@ from millscale.mesh.engine_limits import CURVATURE_MAX_DEG, SMALLEST_ANGLE_HARD_
 from millscale.mesh.liner_mesh import GROOVE
 
 
-def panel_range_deg(profile, kinds, length):
+def panel_range_deg(profile: np.ndarray, kinds: np.ndarray, length: float) -> tuple[float, float]:
     """`curvature_range_deg` of the panels of a liner, from its polygon.
 
     Args:
@@ -32,7 +32,7 @@ def panel_range_deg(profile, kinds, length):
     return lower, float(min([*folds[~same], angles.min(), CURVATURE_MAX_DEG]))
 
 
-def fewest_divisions(profile, kinds, length):
+def fewest_divisions(profile: np.ndarray, kinds: np.ndarray, length: float) -> int | None:
     """Fewest panels along the axis with which the engine takes the mesh; None if none do.
 
     A triangle of a panel of width w and length h has the smallest angle arctan(min(w, h) / max(w,
@@ -50,6 +50,6 @@ def fewest_divisions(profile, kinds, length):
     return divisions if fits(*panel_range_deg(profile, kinds, length / divisions)) else None
 
 
-def fits(lower, upper):
+def fits(lower: float, upper: float) -> bool:
     """Return whether a value of `curvature` lies between its limits and the engine takes it."""
     return lower * (1.0 + 1e-6) < upper and upper >= SMALLEST_ANGLE_HARD_DEG

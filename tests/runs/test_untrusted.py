@@ -4,13 +4,11 @@ import os
 import re
 import socket
 import time
-from dataclasses import dataclass, field
 
 import pytest
 
 from millscale.runs.untrusted import (
     RunFolderError,
-    as_record,
     open_regular,
     read_json,
     read_object,
@@ -109,55 +107,3 @@ def test_json_within_the_bounds_is_read(tmp_path):
 def test_an_error_holds_nothing_that_a_terminal_obeys(tmp_path):
     error = RunFolderError(tmp_path / "a\x1b[2Jb", "c\r\nd\x07", "e")
     assert str(error).endswith("a [2Jb: c d; e")
-
-
-@dataclass(frozen=True)
-class Inner:
-    step: int
-    cost: float = 0.0
-
-
-@dataclass(frozen=True)
-class Outer:
-    name: str
-    inner: Inner
-    many: tuple[Inner, ...] = ()
-    digests: dict[str, str] = field(default_factory=dict)
-    flag: bool = False
-
-
-def test_a_record_has_the_types_of_its_fields():
-    content = {
-        "name": "a",
-        "inner": {"step": 3, "cost": 1},
-        "many": [{"step": 4}],
-        "digests": {"x": "y"},
-        "flag": True,
-    }
-    expected = Outer("a", Inner(3, 1.0), (Inner(4),), {"x": "y"}, True)
-    assert as_record(Outer, content) == expected
-    assert isinstance(as_record(Outer, content).inner.cost, float)
-
-
-@pytest.mark.parametrize(
-    ("change", "cause"),
-    [
-        ({"name": 3}, "name: got 3, accepted: str"),
-        ({"name": None}, "name: got None"),
-        ({"inner": {"step": "x"}}, "step: got 'x', accepted: int"),
-        ({"inner": {"step": True}}, "step: got True, accepted: int"),
-        ({"inner": {"step": 1.5}}, "step: got 1.5"),
-        ({"inner": {}}, "step is missing"),
-        ({"inner": []}, "accepted: an object"),
-        ({"many": {}}, "many: got"),
-        ({"many": [1]}, "accepted: an object"),
-        ({"digests": {"x": 1}}, "digests: got 1, accepted: str"),
-        ({"flag": 1}, "flag: got 1, accepted: bool"),
-        ({"more": 1}, "unknown key 'more'"),
-    ],
-)
-def test_a_record_of_other_types_is_refused(change, cause):
-    with pytest.raises(ValueError, match=re.escape(cause)):
-        as_record(Outer, {"name": "a", "inner": {"step": 3}} | change)
-    with pytest.raises(ValueError, match="accepted: an object"):
-        as_record(Outer, [])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from millscale.campaign.contacts import DAMPINGS, PRECISIONS, SURFACES
+from millscale.runs.case_file import Kind
 
 
 class Required:
@@ -21,7 +22,7 @@ FRICTION_MATCHED: Final = "friction-matched"
 POLICIES: Final = ("paper", "corrected", "offset-liner", FRICTION_MATCHED)
 READINGS: Final = ("trapezoid", "parallel")
 STIFFNESSES: Final = ("fixed", "overlap-matched")
-KINDS: Final = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
+KINDS: Final[dict[str, Kind]] = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
 ADVISED: Final = "advised"
 # Terms of the decks that a scene may do without (deck_terms decides), and `force` puts in.
 FORCIBLE: Final = ("pair", "rolling", "history", "dumps")

@@ -74,7 +74,7 @@ def _part_policies(
 
 def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
     """Only our own contacts and wall keep account of the energy."""
-    wanted = sections["multi_ball"]["ledger"]
+    wanted = bool(sections["multi_ball"]["ledger"])
     for section, key, ours in (("model", "contacts", "fast"), ("wall", "kind", "analytic")):
         got = sections[section][key]
         if wanted and got != ours:
@@ -89,7 +89,8 @@ def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
 
 def _ratios(path: Path, name: str, section: Section, mill: Mill) -> tuple[float, ...] | None:
     """S of the models of a section, from S or the scaled radii; both must agree, S is used."""
-    ratios, radii = section["S"], section["scaled_radius_m"]
+    ratios: tuple[float, ...] | None = section["S"]
+    radii: tuple[float, ...] | None = section["scaled_radius_m"]
     if radii is None:
         return ratios
     key = f"{name}.scaled_radius_m"
@@ -227,4 +228,4 @@ def _seeds_from(path: Path, section: Section, ratios: tuple[float, ...]) -> floa
             f"got {given:g}, with {len(section['seeds'])} seeds and S up to {max(ratios):g}",
             "several seeds, and at most the largest S",
         )
-    return given
+    return float(given)

@@ -68,7 +68,7 @@ def resolve(
     Raises:
         CampaignError: two alternatives disagree by more than `AGREEMENT`.
     """
-    given = {key: form(values[key]) for key, form in forms.items() if values[key] is not None}
+    given = {key: form(value) for key, form in forms.items() if (value := values[key]) is not None}
     if not given:
         return None
     first, value = next(iter(given.items()))

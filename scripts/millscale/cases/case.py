@@ -100,7 +100,7 @@ def _case(campaign: Campaign, model: Model, step: Step) -> Case:
     warned = check_model(campaign, model, step.limits)
     ball = parts.ball_part(campaign, model)
     terms = terms_of(campaign, model)
-    single = study.kind == "single-ball"
+    given = study.charge
     case = Case(
         schema=SCHEMA,
         id="",
@@ -121,7 +121,7 @@ def _case(campaign: Campaign, model: Model, step: Step) -> Case:
         ball=ball,
         material=parts.material_part(campaign, model),
         time=time,
-        charge=None if single else parts.charge_part(campaign, model, ball.count, time),
+        charge=parts.charge_part(campaign, model, given, ball, time) if given else None,
         wall=wall_part(campaign, model),
         deck=deck_part(terms, campaign, study),
         domain=parts.domain_part(campaign, model),

@@ -6,6 +6,7 @@ The switches go through case.json into parameters.in; the plan and case.json say
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from millscale.campaign.campaign import Campaign, Study
 from millscale.campaign.contacts import DAMPINGS
@@ -71,7 +72,7 @@ def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> Deck:
     contacts = campaign.contacts
     # A ball that is alone takes a step that the dashpot of its one contact allows as it is.
     wall = contacts.damping if campaign.wall.kind == "analytic" else "plain"
-    switches = {term.switch: term.values[term.inside] for term in terms}
+    switches: dict[str, Any] = {term.switch: term.values[term.inside] for term in terms}
     return Deck(
         **switches,
         surface=contacts.surface,

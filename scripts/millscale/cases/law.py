@@ -133,6 +133,7 @@ def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: in
 def _time_factor(campaign: Campaign, S: float) -> float:
     if campaign.time_exponent is not None:
         return math.pow(S, campaign.time_exponent)
+    assert campaign.time_factor is not None  # as the reader of campaign files has checked
     return campaign.time_factor
 
 

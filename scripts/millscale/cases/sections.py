@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from millscale import _core
+from millscale.campaign import campaign as campaign_file
 from millscale.campaign.campaign import Campaign, Study
 from millscale.cases.law import Model, physical_liner
 from millscale.cases.time_step import Step
@@ -137,6 +138,7 @@ def ball_count(campaign: Campaign, model: Model) -> int:
     if charge.counts is not None:
         count = charge.counts[model.index] * model.simulated_length / model.length
     else:
+        assert charge.filling is not None  # as the reader of campaign files has checked
         volume = charge.filling * model.liner.area * model.simulated_length
         count = volume * (1.0 - charge.porosity) / mean_volume(campaign.ball)
     room = Room(model.liner, model.simulated_length, chord_error(campaign, model))
@@ -230,15 +232,20 @@ def output_part(study: Study, model: Model, time: Times) -> Output:
     )
 
 
-def charge_part(campaign: Campaign, model: Model, count: int, time: Times) -> Charge:
-    """The charge of a multi-ball case."""
-    charge = model.study.charge
-    solid = count * mean_volume(campaign.ball) / (model.liner.area * model.simulated_length)
+def charge_part(
+    campaign: Campaign, model: Model, given: campaign_file.Charge, ball: Balls, time: Times
+) -> Charge:
+    """Return the charge of a multi-ball case.
+
+    Args:
+        given: the charge as the campaign file states it.
+    """
+    solid = ball.count * mean_volume(campaign.ball) / (model.liner.area * model.simulated_length)
     return Charge(
-        filling=charge.filling,
-        porosity=charge.porosity if charge.filling is not None else None,
+        filling=given.filling,
+        porosity=given.porosity if given.filling is not None else None,
         solid_fraction=solid,
-        slice_length_m=charge.slice_length,
+        slice_length_m=given.slice_length,
         settle_s=time.start_s,
     )
 

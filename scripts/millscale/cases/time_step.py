@@ -102,18 +102,17 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
         rayleigh=_core.rayleigh_time(material, smallest),
         collision=_core.hertz_collision_time(material, smallest, speed),
         damping=_core.damping_time_step_limit(
-            material, smallest, restitution, overlap, **_bed(campaign, model)
+            material,
+            smallest,
+            restitution,
+            overlap,
+            coordination=COORDINATION[model.study.kind],
+            # A single ball is in contact with the wall only, whose damping is not bounded.
+            bounded=not single and campaign.contacts.damping == "bounded",
         ),
         impact_speed=speed,
         overlap=overlap,
     )
-
-
-def _bed(campaign: Campaign, model: Model) -> dict[str, float | bool]:
-    """What is known of contacts of balls in a bed; one ball alone touches the wall, undivided."""
-    kind = model.study.kind
-    bounded = kind == "multi-ball" and campaign.contacts.damping == "bounded"
-    return {"coordination": COORDINATION[kind], "bounded": bounded}
 
 
 def steps_of(campaign: Campaign, models: list[Model]) -> list[Step]:

@@ -159,7 +159,8 @@ def distance(nodes: np.ndarray, points: np.ndarray) -> np.ndarray:
     offsets = points[:, None, :] - nodes[None, :, :]
     along = (offsets * edges).sum(axis=2) / (edges * edges).sum(axis=1)
     nearest = offsets - np.clip(along, 0.0, 1.0)[:, :, None] * edges
-    return np.linalg.norm(nearest, axis=2).min(axis=1)
+    distances: np.ndarray = np.linalg.norm(nearest, axis=2).min(axis=1)
+    return distances
 
 
 def first_contact_below(nodes: np.ndarray, clear: float) -> float:
@@ -181,7 +182,7 @@ def first_contact_below(nodes: np.ndarray, clear: float) -> float:
         np.maximum(nodes[:, 0], ends[:, 0]) > -clear
     )
     low = near & (np.minimum(nodes[:, 1], ends[:, 1]) < 0.0)
-    stops = []
+    stops: list[float] = []
     for (x, z), (to_x, to_z) in zip(nodes[low].tolist(), ends[low].tolist(), strict=True):
         if abs(x) < clear:
             stops.append(z + math.sqrt(clear * clear - x * x))

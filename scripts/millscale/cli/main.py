@@ -142,8 +142,9 @@ def generate(file: Campaign, runs: RunsOption) -> None:
         raise typer.Exit(EXIT_FAILED)
     kept = len(cases) - made
     typer.echo(f"{runs}: {counted(len(cases), 'case')}: {made} written, {kept} unchanged")
-    first, line = shlex.quote(str(next(iter(folders)))), ["millscale", "run", file, "--runs", runs]
-    typer.echo(f"next: {shlex.join(map(str, line))}, or for each case:")
+    first = shlex.quote(str(next(iter(folders))))
+    command = shlex.join(["millscale", "run", str(file), "--runs", str(runs)])
+    typer.echo(f"next: {command}, or for each case:")
     typer.echo(f"  (cd {first} && sh mpirun.sh)")
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from millscale.engine.restart_file import RestartFile
 from millscale.runs.case_file import MOST_RANKS, MOST_STEPS
 from millscale.runs.digests import digest_of
-from millscale.runs.untrusted import as_record, read_object
+from millscale.runs.typed import read_typed
+from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json
 
 ATTEMPTS_FILE = "attempts.json"
@@ -73,9 +74,8 @@ def digests(files: Iterable[Path]) -> dict[str, str]:
 def read_attempts(part: Path) -> Attempts | None:
     """Return the record of a part folder; None if there is none that can be read."""
     try:
-        content = read_object(part / ATTEMPTS_FILE, "")
-        attempts = as_record(Attempts, {k: v for k, v in content.items() if k != "schema"})
-    except ValueError:
+        attempts = read_typed(part / ATTEMPTS_FILE, Attempts, "")
+    except RunFolderError:
         return None
     fits = all(0 <= x.step <= MOST_STEPS and 0 < x.ranks <= MOST_RANKS for x in attempts.starts)
     return attempts if attempts.starts and fits else None

@@ -84,13 +84,14 @@ def described_commit() -> str | None:
 
     None if it is unknown.
     """
-    commit, modified = source_commit(), False
+    commit: str | None = source_commit()
+    modified = False
     if commit:
         line = ["git", "-C", str(_TOP), "status", "--porcelain", "--untracked-files=no"]
         done = subprocess.run(line, capture_output=True, encoding="utf-8")
         modified = bool(done.stdout.strip())
     elif build := build_record():
-        commit, modified = build.get("commit"), build.get("modified")
+        commit, modified = build.get("commit"), bool(build.get("modified"))
     return commit and commit[:_COMMIT_DIGITS] + ("-dirty" if modified else "")
 
 

@@ -83,7 +83,7 @@ def _make(place: Path) -> Path:
 def _is_ours(name: str) -> bool:
     """Return whether a folder belongs to a run on this machine that still exists."""
     match = _NAME.fullmatch(name)
-    return bool(match) and match[1] == _host() and not _has_ended(name)
+    return match is not None and match[1] == _host() and not _has_ended(name)
 
 
 def _has_ended(name: str) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 from millscale.runs.case_file import Case, load_case
 from millscale.runs.current import why_stale
+from millscale.runs.typed import shown
 from millscale.runs.untrusted import RunFolderError, is_id, read_object
 from millscale.terminal import one_line
 
@@ -112,19 +113,16 @@ def case_folders(runs: Path) -> list[Path]:
     if listed is None:
         found = sorted(path.parent for path in runs.glob(f"cases/*/{CASE}"))
     else:
-        ids = [x.get("id") if isinstance(x, dict) else x for x in _as_list(listed)]
-        wrong = [x for x in ids if not is_id(x)]
-        if wrong:
-            cause = f"cases: got {repr(wrong[0])[:60]}, not the id of a case"
-            raise RunFolderError(runs / "campaign.json", cause, remedy)
-        found = [runs / "cases" / case_id for case_id in ids]
+        found = []
+        for entry in listed if isinstance(listed, list) else [listed]:
+            case_id = entry.get("id") if isinstance(entry, dict) else entry
+            if not is_id(case_id):
+                cause = f"cases: got {shown(case_id)}, not the id of a case"
+                raise RunFolderError(runs / "campaign.json", cause, remedy)
+            found.append(runs / "cases" / str(case_id))
     if not found:
         raise RunFolderError(runs, "holds no cases", remedy)
     return found
-
-
-def _as_list(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
 
 
 def missing_products(folder: Path) -> list[str]:

@@ -114,7 +114,9 @@ def _read_cache(folder: Path) -> dict[str, tuple[_State, str]]:
     try:
         rows = read_object(path, "")
         with understood(path, ""):
-            return {name: (tuple(map(int, state)), str(digest))
-                    for name, (*state, digest) in rows["digests"].items()}  # fmt: skip
+            return {
+                name: ((int(size), int(modified), int(changed), int(inode)), str(digest))
+                for name, (size, modified, changed, inode, digest) in rows["digests"].items()
+            }
     except RunFolderError:
         return {}

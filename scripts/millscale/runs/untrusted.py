@@ -13,11 +13,9 @@ import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import MISSING, fields, is_dataclass
-from functools import cache
+from io import BufferedReader
 from pathlib import Path
-from types import GenericAlias
-from typing import Any, BinaryIO, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any
 
 from millscale.terminal import one_line
 
@@ -31,7 +29,6 @@ _MOST_DIGITS = 20
 # Name of a case and of its folder, such as sb-cg-paper-S1.000.
 ID = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}\Z"
 _NOT_REGULAR = "not a regular file"
-T = TypeVar("T")
 
 
 class RunFolderError(ValueError):
@@ -42,7 +39,7 @@ class RunFolderError(ValueError):
         super().__init__(one_line(f"{path}: {self.cause}; {remedy}"))
 
 
-def open_regular(path: Path, follow: bool = False) -> BinaryIO:
+def open_regular(path: Path, follow: bool = False) -> BufferedReader:
     """Open a regular file for reading, without waiting for a pipe or touching a device.
 
     Args:
@@ -67,7 +64,7 @@ def open_regular(path: Path, follow: bool = False) -> BinaryIO:
 
 
 @contextmanager
-def _opened(path: Path, remedy: str, follow: bool) -> Iterator[BinaryIO]:
+def _opened(path: Path, remedy: str, follow: bool) -> Iterator[BufferedReader]:
     try:
         with open_regular(path, follow) as file:
             yield file
@@ -190,55 +187,6 @@ def _depth(content: Any) -> int:
         depth += 1
         level = [y for x in level for y in (x.values() if isinstance(x, dict) else x)]
     return depth
-
-
-def as_record(kind: type[T], content: Any) -> T:
-    """A dataclass from a JSON object, whose names and types are those of the dataclass' fields.
-
-    Types may be str, bool, int, float (whole numbers too), dataclasses, `tuple[X, ...]` and
-    `dict[str, X]` of these. A field that has a default may be absent.
-
-    Raises:
-        ValueError: names the field.
-    """
-    if not isinstance(content, dict):
-        raise ValueError(f"got {content!r:.60}, accepted: an object")
-    types = _types_of(kind)
-    unknown = [name for name in content if name not in types]
-    if unknown:
-        raise ValueError(f"unknown key {unknown[0]!r:.60}")
-    missing = [name for name in _required(kind) if name not in content]
-    if missing:
-        raise ValueError(f"{missing[0]} is missing")
-    return kind(**{name: _as(types[name], name, value) for name, value in content.items()})
-
-
-@cache
-def _types_of(kind: type) -> dict[str, Any]:
-    hints = get_type_hints(kind)
-    return {field.name: hints[field.name] for field in fields(kind)}
-
-
-@cache
-def _required(kind: type) -> list[str]:
-    return [x.name for x in fields(kind) if x.default is MISSING and x.default_factory is MISSING]
-
-
-def _as(kind: Any, name: str, value: Any) -> Any:
-    """A value of the type of a field."""
-    if is_dataclass(kind):
-        return as_record(kind, value)
-    if isinstance(kind, GenericAlias):
-        holder, inner = get_origin(kind), get_args(kind)
-        if holder is tuple and isinstance(value, list):
-            return tuple(_as(inner[0], name, x) for x in value)
-        if holder is dict and isinstance(value, dict):
-            return {key: _as(inner[1], name, x) for key, x in value.items()}
-    elif kind is float and type(value) in (int, float):
-        return float(value)
-    elif type(value) is kind:
-        return value
-    raise ValueError(f"{name}: got {value!r:.60}, accepted: {getattr(kind, '__name__', kind)}")
 
 
 @contextmanager

@@ -136,6 +136,7 @@ def mill_of(case: Case, base: Campaign) -> Mill:
     """Return the mill and balls of a case."""
     liner, ball, material = base.liner, base.ball, base.material
     radius, small = base.mill.radius / case.S, case.smallest * ball.radius
+    assert liner.groove_width is not None  # hard-cases.toml states it
     radii = (ball.radius,) if case.smallest == 1.0 else (ball.radius, small)
 
     def pair(value, *given):

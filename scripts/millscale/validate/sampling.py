@@ -100,7 +100,8 @@ def by_parity(series: Series, every: int) -> dict[str, dict[str, float]]:
 def torque_of(series: Series, case: Case) -> dict[str, float]:
     """Return torque over M g R of a series: by the work of the drive and by the balance."""
     scales, ends = charge_scales(case, series), series["mill_angle_rad"][[0, -1]]
-    balance = torque_balance(series, scales, Window(*map(float, ends), ends))
+    window = Window(float(ends[0]), float(ends[1]), ends)
+    balance = torque_balance(series, scales, window)
     by_charge = balance.weight_Nm + balance.angular_momentum_Nm
     return {
         "summed": balance.summed_Nm / scales.torque,

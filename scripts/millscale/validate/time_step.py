@@ -19,10 +19,10 @@ from millscale.runs.case_folder import (
     CASE,
     STAGE,
     FinishedCase,
-    RunFolderError,
     finished_or_reason,
     read_json,
 )
+from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json, write_text
 from millscale.study.page import REPORT, RESULTS
 from millscale.study.results import STUDY

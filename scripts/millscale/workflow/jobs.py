@@ -13,7 +13,8 @@ from pathlib import Path
 from millscale.cases.cost import Rates, memory_mb, wall_time
 from millscale.engine.machine import Allocation
 from millscale.runs.case_file import MOST_RANKS, Case
-from millscale.runs.untrusted import as_record, is_id, read_json, understood
+from millscale.runs.typed import as_typed
+from millscale.runs.untrusted import is_id, read_json, understood
 from millscale.runs.writing import write_json
 
 JOBS_FOLDER = ".jobs"
@@ -114,7 +115,7 @@ def read_jobs(file: Path) -> list[Job]:
     """
     content = read_json(file, _REMEDY)
     with understood(file, _REMEDY):
-        jobs = [as_record(Job, entry) for entry in content]
+        jobs = [as_typed(Job, entry) for entry in content]
         for job in jobs:
             if not (0 < job.ranks <= MOST_RANKS and all(map(is_id, job.cases))):
                 raise ValueError(f"ranks {job.ranks} or cases {job.cases!r:.60}")

@@ -241,9 +241,13 @@ def _run(
     """Return the run of some logs. Its wall time is that of the time loop; logs have no other."""
     final = logs[-1]
     loop = loop_timing(final.text)
+    if loop is None:
+        raise NotWholeError(f"{final.name} states no loop time")
     before = Cost()
     for log in logs[:-1]:
         signature = SIGNATURE.search(log.text.encode(errors="replace"))
+        if signature is None:
+            raise NotWholeError(f"{log.name} does not end with the signature of a restart file")
         spent, processor = float(signature[4]), float(signature[5])
         before += Cost(spent, processor, spent, spent * log.ranks)
     timing = timing_record(

@@ -75,13 +75,13 @@ def request(
     every = cases_of(campaign)
     cases = _chosen(every, only)
     check_owner(campaign, every, runs)
-    rates = learned((runs / CASES_FOLDER).glob("*"), hardware()["cpu"])
+    rates = learned((runs / CASES_FOLDER).glob("*"), str(hardware()["cpu"]))
     usual = CoreWish(campaign.ranks, campaign.jobs)
-    target = target or Local()
-    allocation = target.allocate(cases, cores, usual, rates)
+    place = target or Local()
+    allocation = place.allocate(cases, cores, usual, rates)
     if not start_over:
         allocation = keep_ranks(allocation, cases, changed_cases(cases, runs), runs, cores)
-    return Request(file, tuple(cases), runs, allocation, rates, target, start_over)
+    return Request(file, tuple(cases), runs, allocation, rates, place, start_over)
 
 
 def _chosen(cases: list[Case], only: list[str]) -> list[Case]:
@@ -190,8 +190,8 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
         return 0
     engines = [x for x in left if not by_hand.is_rotated(folders[x.id], x)]
     record_predictions(asked.runs, engines, asked.allocation, asked.rates)
-    for line in asked.target.request_lines(jobs):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    for request in asked.target.request_lines(jobs):
+        console.print(request, markup=False, highlight=False, soft_wrap=True)
     line = snakemake_line(
         write_jobs(asked.runs, jobs).relative_to(asked.runs),
         asked.target.snakemake_options(asked.allocation),

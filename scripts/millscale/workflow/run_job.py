@@ -17,6 +17,7 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from millscale.engine.ending_signals import (
@@ -67,7 +68,7 @@ def run_job(folders: list[Path], ranks: int) -> int:
         load()
     lost = False
     for folder in folders:
-        code = _in_child(lambda folder=folder: run_case(folder, ranks))
+        code = _in_child(partial(run_case, folder, ranks))
         if code == INTERRUPTED:
             return INTERRUPTED
         if code not in (0, FAILED):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import psutil
 
-from millscale.runs.untrusted import as_record, read_object
+from millscale.runs.typed import read_typed
 from millscale.runs.writing import write_over, write_text
 from millscale.terminal import one_line
 
@@ -87,13 +87,18 @@ def end(folder: Path, record: StageRecord, state: str, cause: str = "", log: str
 def read_record(folder: Path) -> StageRecord | None:
     """Return the record of a case folder; None if there is none that can be read."""
     try:
-        record = as_record(StageRecord, read_object(folder / RECORD_FILE, "", LARGEST_BYTES))
+        record = read_typed(folder / RECORD_FILE, StageRecord, "", LARGEST_BYTES)
     except ValueError:
         return None
     if record.state not in STATES or not 0 < record.process <= MOST_PROCESS:
         return None
-    texts = ("stage", "cause", "log", "advice")
-    return replace(record, **{name: one_line(getattr(record, name)) for name in texts})
+    return replace(
+        record,
+        stage=one_line(record.stage),
+        cause=one_line(record.cause),
+        log=one_line(record.log),
+        advice=one_line(record.advice),
+    )
 
 
 def _write(folder: Path, record: StageRecord) -> None:

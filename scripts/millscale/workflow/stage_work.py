@@ -63,7 +63,7 @@ def mesh(task: Task) -> None:
     write_mesh(task.case, task.part)
 
 
-def write_mesh(case: Mapping[str, Any], folder: Path) -> None:
+def write_mesh(case: Case, folder: Path) -> None:
     """Write the mesh of the liner: by gmsh for the engine, as plain panels for an analytic wall.
 
     Faults of a mesh that the engine does not read are noted in mesh.json and are no errors.
@@ -79,6 +79,7 @@ def write_mesh(case: Mapping[str, Any], folder: Path) -> None:
     surface = build(liner, length, wall.chord_error_m, wall.axial_divisions)
     report = lint(surface, liner, length, wall.chord_error_m, for_engine=meshed)
     if meshed:
+        assert wall.curvature_deg is not None  # as load_case has checked
         _check_mesh(surface, report, wall.curvature_deg)
     write_json(folder / "mesh.json", {"schema": 1, **asdict(report)})
     write_stl(folder / "liner.stl", surface)

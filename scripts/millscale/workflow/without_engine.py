@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -79,9 +80,7 @@ def finish(runs: Path) -> list[str]:
             # The report names this case.
             continue
         if there or (rotated and left):
-            problem = _run_up_to(
-                folder, 1, lambda stage, folder=folder: _needs_engine(folder, stage)
-            )
+            problem = _run_up_to(folder, 1, partial(_needs_engine, folder))
             problems += [problem] if problem else []
     return problems
 

@@ -13,7 +13,8 @@ from millscale.workflow.targets.slurm import Slurm
 from millscale.workflow.targets.target import Target
 
 # By the name that `millscale run --target` takes.
-TARGETS: dict[str, type[Target]] = {target.name: target for target in (Local, Slurm)}
+_TARGETS: tuple[type[Target], ...] = (Local, Slurm)
+TARGETS = {target.name: target for target in _TARGETS}
 
 
 def target_named(name: str, profile: Path | None = None) -> Target:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from millscale.errors import CampaignError
 from millscale.formats import duration
+from millscale.workflow.targets.target import Target
 
 if TYPE_CHECKING:
     from millscale.cases.cost import Rates
@@ -31,7 +32,7 @@ MOST_JOBS = 500
 _MOST_JOBS_SHOWN = 20
 
 
-class BatchSystem(ABC):
+class BatchSystem(Target, ABC):
     """A `Target` whose jobs wait in the queue of a cluster.
 
     Attributes:

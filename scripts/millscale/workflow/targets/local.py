@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from millscale.errors import CampaignError
+from millscale.workflow.targets.target import Target
 
 if TYPE_CHECKING:
     from millscale.cases.cost import Rates
@@ -21,7 +22,7 @@ SHARED_JOB_S = 60.0
 JOBS_PER_PLACE = 4
 
 
-class Local:
+class Local(Target):
     """Jobs are processes of this machine."""
 
     name = "local"
