@@ -185,7 +185,8 @@ def predict(
 
 def _usable(folders: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
     """Return the finished, steady charges, and why the others are not used."""
-    charges, excluded = [], {}
+    charges: list[Charge] = []
+    excluded: dict[str, str] = {}
     for folder in folders:
         campaign = load_campaign(folder)
         excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
