@@ -142,8 +142,8 @@ def markdown(compared: Agreement) -> str:
     lines = ["| quantity | between groups | between seeds, largest | agree |", "|---|---|---|---|"]
     for name, x in compared.distances.items():
         lines.append(_line(name, x.between, x.within_largest, x.agree))
-    for name, x in compared.means.items():
-        lines.append(_line(name, x.difference, x.range_of_seeds, x.agree))
+    for name, mean in compared.means.items():
+        lines.append(_line(name, mean.difference, mean.range_of_seeds, mean.agree))
     return "\n".join(lines)
 
 

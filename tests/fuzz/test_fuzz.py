@@ -100,7 +100,7 @@ def stl_files(folder):
 
     (folder / "small.toml").write_text(TEXT)
     case = cases_of(load_campaign(folder / "small.toml"))[0]
-    surface = panels_of(liner_of(case["mill"]), 0.3, 0.02, 1)
+    surface = panels_of(liner_of(case.mill), 0.3, 0.02, 1)
     write_stl(folder / "liner.stl", surface)
     text = (folder / "liner.stl").read_bytes()
     record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -47,7 +47,7 @@ def word(field):
         item = plain(found.item_type)
         if isinstance(item, inspect.StructType):
             return f"list of {{{', '.join(x.encode_name for x in item.fields)}}}"
-        return f"list of {WORDS[type(item)]}"
+        return "list of " + WORDS.get(type(item), "lists")
     null = isinstance(field.type, inspect.UnionType) and field.default is msgspec.NODEFAULT
     return WORDS.get(type(found), "object") + (" or null" if null else "")
 

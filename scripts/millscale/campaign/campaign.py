@@ -47,6 +47,7 @@ class LinerShape:
                 self.lifters,
                 self.phase,
             )
+        assert self.groove_width is not None  # as the reader of campaign files has checked
         return _core.Lifters(
             radius,
             self.lifter_top_radius,

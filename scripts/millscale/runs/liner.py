@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
-
-import msgspec
 
 from millscale import _core
 from millscale.runs.case_file import Mill
@@ -40,15 +37,17 @@ def profile_rows(liner: _core.Profile) -> tuple[tuple[float, float, float, int, 
     return None if isinstance(liner, _core.Lifters) else tuple(liner.nodes)
 
 
-def liner_of(mill: Mill | Mapping[str, Any]) -> _core.Profile:
+def liner_of(mill: Mill) -> _core.Profile:
     """Return the liner that the part `mill` of a case.json describes."""
-    keys = msgspec.to_builtins(mill)
-    if keys.get("profile"):
-        return _core.Profile(keys["profile"], keys["lifters"], keys["phase_rad"])
-    widths = ("lifter_top_radius_m", "lifter_top_width_m", "groove_width_m")
+    if mill.profile:
+        return _core.Profile(list(mill.profile), mill.lifters, mill.phase_rad)
+    # Of a drum the widths have no meaning.
+    drum = mill.lifters == 0
     return _core.Lifters(
-        keys["radius_m"],
-        *(keys[width] if keys["lifters"] else 0.0 for width in widths),
-        keys["lifters"],
-        keys["phase_rad"],
+        mill.radius_m,
+        0.0 if drum else mill.lifter_top_radius_m,
+        0.0 if drum else mill.lifter_top_width_m,
+        0.0 if drum else mill.groove_width_m,
+        mill.lifters,
+        mill.phase_rad,
     )
