@@ -190,5 +190,5 @@ def toml_text(tree: Tree) -> str:
 
 
 def _value(value: Any) -> str:
-    """JSON writes numbers, lists and printable text as TOML does."""
+    """Return a value in JSON, which is also TOML for numbers, lists and printable text."""
     return json.dumps(value, ensure_ascii=False)

@@ -20,15 +20,15 @@ class Case:
 
     Attributes:
         name: of the row.
-        kind: MILL, a charge in the turning mill; IMPACT, what is left of one blow; REST, a bed.
-        scene: how the balls begin, a word of `scenes`.
+        kind: MILL, a charge in the rotating mill; IMPACT, one collision; REST, a bed at rest.
+        scene: initial state of the balls, a function of `scenes`.
         S, froude, filling, thickness: of the mill; thickness of the slice in ball diameters.
-        restitution, friction: of all contacts; None: the campaign's.
+        restitution, friction: of all contacts; None for those of the campaign.
         softer: factor on Young's modulus.
         smallest: smallest over largest radius, if there are two sizes.
         duration: simulated time [s].
-        steps: instead of `duration`, the number of steps.
-        only: shares of the Rayleigh time; empty: the whole ladder, with the step where it turns.
+        steps: number of steps, instead of `duration`.
+        only: fractions of the Rayleigh time; empty for all of LADDER, and the unstable step.
     """
 
     name: str

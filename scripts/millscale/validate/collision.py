@@ -101,13 +101,13 @@ def _deck(mill: Mill, backend: str, step: float, steps: int) -> str:
 
 
 def _measured(frames: np.ndarray, radius: float, across: float) -> Collision:
-    """Of (steps, 2 PAIRS, columns of COLUMNS)."""
+    """Return the means of frames of shape (steps, 2 PAIRS, columns of COLUMNS)."""
     upper, lower = frames[:, :PAIRS, 1:], frames[:, PAIRS:, 1:]
-    apart = upper - lower
-    overlap = 2.0 * radius - np.hypot(apart[..., 0], apart[..., 1])
+    separation = upper - lower
+    overlap = 2.0 * radius - np.hypot(separation[..., 0], separation[..., 1])
     if (overlap[-1] > 0.0).any():
         raise RuntimeError(f"{(overlap[-1] > 0.0).sum()} of {PAIRS} pairs still touch at the end")
-    speed, spin = apart[-1, :, 2:4], upper[-1, :, 4]
+    speed, spin = separation[-1, :, 2:4], upper[-1, :, 4]
     # Relative speed u of two equal masses m: m u^2 / 4; their spins are the same: 2/5 m (a w)^2.
     before = 0.25 * (SPEED**2 + across**2)
     after = 0.25 * (speed**2).sum(axis=1) + 0.4 * (radius * spin) ** 2

@@ -182,14 +182,16 @@ def _read_series(file: Path) -> np.ndarray:
 
 
 def _read_spins(folder: Path) -> np.ndarray:
-    """(steps, balls, 3); empty if there are none."""
+    """Return spins of shape (steps, balls, 3); empty if there are none."""
     file = folder / "spins.dump"
     return read_frames(file)[..., 1:] if file.exists() else np.empty((0, 0, 3))
 
 
 def read_frames(file: Path) -> np.ndarray:
-    """(frames, balls, columns) of a dump, balls by the id in their first column; (0, 0, 1) of a
-    file whose run was stopped before a frame."""
+    """Return a dump as (frames, balls, columns), balls in the order of their ids.
+
+    The shape is (0, 0, 1) if the run was stopped before the first frame.
+    """
     frames, lines = [], file.read_text(encoding="utf-8").splitlines()
     starts = [i for i, line in enumerate(lines) if line.startswith("ITEM: ATOMS")]
     if not starts:

@@ -30,7 +30,7 @@ ORDER = [case.name for case in CASES]
 STOCK_STEPS = 100_000
 
 
-class Study:
+class CaseRuns:
     """Runs of one case with one contact backend."""
 
     def __init__(self, case: Case, backend: str, folder: Path):
@@ -129,10 +129,10 @@ def run_all(cases: tuple[Case, ...], backends: tuple[str, ...], before: dict) ->
     for case in cases:
         for backend in backends:
             with tempfile.TemporaryDirectory(prefix="hard-case-") as folder:
-                study = Study(case, backend, Path(folder))
-                own = study.rows()
+                runs = CaseRuns(case, backend, Path(folder))
+                own = runs.rows()
                 rows += own
-                turns.append(turn_of(own) | {"scatter": study.scatter()})
+                turns.append(turn_of(own) | {"scatter": runs.scatter()})
             until = turns[-1]["turns_by"] or "never"
             print(
                 f"{time.time() - began:5.0f} s  {case.name}, {backend}: turns by {until}",

@@ -21,7 +21,7 @@ SETTLING = 0.3  # [s]
 
 @dataclass(frozen=True)
 class Balls:
-    """(n, 3) positions and velocities, (n,) radii [SI]; those that come after SETTLING."""
+    """Positions and velocities, (n, 3), and radii, (n,), SI; `late` balls appear after SETTLING."""
 
     position: np.ndarray
     velocity: np.ndarray

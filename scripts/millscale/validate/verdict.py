@@ -53,8 +53,11 @@ def measure(case: Case, mill: Mill, balls: Balls, ran: Ran) -> Measured:
 
 
 def _energy(case: Case, mill: Mill, balls: Balls, series: np.ndarray) -> float:
-    """Of a mill the mean kinetic energy of the second half [J]; of a blow the kinetic energy left
-    over that put in; of a bed at rest the kinetic energy left over N m g a."""
+    """Return the energy of a run, by the kind of its case.
+
+    For a mill: the mean kinetic energy of the second half [J]. For an impact: the remaining over
+    the initial kinetic energy. For a bed at rest: the remaining kinetic energy over N m g a.
+    """
     kinetic = series[:, _COLUMN["translation"]] + series[:, _COLUMN["rotation"]]
     if case.kind == IMPACT:
         return float(kinetic[-1] / energy_put_in(mill, balls))
@@ -83,17 +86,17 @@ def energy_put_in(mill: Mill, balls: Balls) -> float:
 
 def _contacts(balls: Balls, mill: Mill) -> int:
     """Return overlapping pairs, also those across the periodic boundary."""
-    apart = balls.position[:, None] - balls.position[None]
+    separation = balls.position[:, None] - balls.position[None]
     found = 0
     for seam in (-mill.length, 0.0, mill.length):
-        distance = np.linalg.norm(apart + np.array([0.0, seam, 0.0]), axis=2)
+        distance = np.linalg.norm(separation + np.array([0.0, seam, 0.0]), axis=2)
         found += int(((distance < 1.999 * mill.radii[0]) & (distance > 0.0)).sum())
     return found // 2
 
 
 def spin_noise(spins: np.ndarray, mill: Mill) -> float:
-    """Rms of the part of the spins that changes sign from step to step, a quarter of the second
-    difference, times the ball radius, over sqrt(g a)."""
+    """Return the rms of the part of the spins that alternates from step to step, times the ball
+    radius, over sqrt(g a). This part is a quarter of the second difference."""
     if len(spins) < 5:
         return float("nan")
     flips = 0.25 * np.diff(spins[2:], n=2, axis=0)  # the first steps follow a set-up
@@ -102,8 +105,11 @@ def spin_noise(spins: np.ndarray, mill: Mill) -> float:
 
 
 def energy_error(case: Case, found: Measured, reference: float) -> float:
-    """Against the energy of small steps: relative for a mill, share of the energy put in for a
-    blow; what is left of a bed at rest is all error."""
+    """Return the error against the energy at small steps.
+
+    It is relative for a mill, and a fraction of the initial energy for an impact. All remaining
+    energy of a bed at rest is error.
+    """
     if case.kind == REST:
         return found.energy
     error = abs(found.energy - reference)
