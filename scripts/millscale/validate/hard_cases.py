@@ -133,11 +133,9 @@ def run_all(cases: tuple[Case, ...], backends: tuple[str, ...], before: dict) ->
                 own = runs.rows()
                 rows += own
                 turns.append(turn_of(own) | {"scatter": runs.scatter()})
-            until = turns[-1]["turns_by"] or "never"
-            print(
-                f"{time.time() - began:5.0f} s  {case.name}, {backend}: turns by {until}",
-                flush=True,
-            )
+            first = turns[-1]["turns_by"] or "none"
+            spent = f"{time.time() - began:5.0f} s"
+            print(f"{spent}  {case.name}, {backend}: unstable from {first} T_R", flush=True)
         yield {"schema": 1, "rows": in_order(rows), "turns": in_order(turns)}
 
 
