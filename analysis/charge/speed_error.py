@@ -105,7 +105,7 @@ def _over_seeds(name: str, seeds: Sequence[ChargeRow]) -> OverSeeds:
 def markdown(mills: Sequence[MillRow]) -> str:
     """Return scaled mills as a Markdown table: mean over seeds, ± their standard deviation, and in
     brackets the same error between two seeds."""
-    titles = ["campaign", "scheme", "E", "S", "balls", "seeds"]
+    titles = ["campaign", "scheme", "policy", "E", "S", "balls", "seeds"]
     titles += [column.heading for column in (*TIMES, *SHOWN)]
     lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
     lines += [f"| {' | '.join(_cells(mill))} |" for mill in mills]
@@ -114,7 +114,7 @@ def markdown(mills: Sequence[MillRow]) -> str:
 
 def _cells(mill: MillRow) -> list[str]:
     name = mill.name
-    cells = [name.campaign, name.scheme, name.stiffness, f"{name.S:.3f}", f"{mill.balls:,}"]
+    cells = [*name[:4], f"{name.S:.3f}", f"{mill.balls:,}"]
     cells += [str(mill.seeds), *(column.text(getattr(mill, column.name)) for column in TIMES)]
     for error in SHOWN:
         found = mill.errors[error.name]

@@ -18,6 +18,7 @@ from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
 from millscale.report.figures.snapshot_sheet import FALLING, VIEW, ball_picture, snapshot_sheet
 from millscale.runs.dumps import Dump
+from synthetic_result import with_case
 
 
 @pytest.fixture(scope="module")
@@ -118,6 +119,29 @@ def test_run_times_stand_beside_the_paper_s(comparison):
     lines = {line.get_label(): line for line in axes.lines}
     assert_allclose(lines["the paper, 20 s"].get_ydata()[[0, -1]], [35.2, 0.65])
     assert_allclose(lines["constant gravity"].get_ydata(), 12.5 / 3600.0)
+
+
+def test_policies_are_drawn_apart(comparison):
+    mills = mill_rows(comparison.rows)
+    matched = [
+        replace(mill, name=mill.name._replace(policy="friction-matched"))
+        for mill in mills
+        if mill.name.S > 1.0
+    ]
+    axes = speed_figures.run_times([*mills, *matched], of_paper=False).axes[0]
+    lines = {line.get_label(): line for line in axes.lines}
+    assert set(lines) == {
+        "constant gravity",
+        "constant speed",
+        "constant gravity, friction-matched",
+        "constant speed, friction-matched",
+    }
+    assert lines["constant speed, friction-matched"].get_markerfacecolor() == "white"
+    first = comparison.charges.every[1]
+    other = with_case(first, policy="friction-matched")
+    looks = shape_figures.looks_of([first, other])
+    assert looks[first]["color"] == looks[other]["color"]
+    assert looks[first]["ls"] != looks[other]["ls"]
 
 
 def test_images_have_the_paper_s_numbers_in_their_captions(comparison, tmp_path, monkeypatch):

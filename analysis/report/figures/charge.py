@@ -55,16 +55,18 @@ def charge_series(charges: Sequence[Charge], dimensionless: bool) -> Figure:
 
 
 def _looks(charges: Sequence[Charge]) -> dict[Charge, dict[str, Any]]:
-    """Return the line of each charge: colour by S, black at S = 1, dashes at constant speed. Seeds
-    of one scaled mill look alike, and the first is in the legend."""
+    """Return the line of each charge: colour by S, black at S = 1, dashes at constant speed, dots
+    for a policy other than the paper's. Seeds of one scaled mill look alike, and the first is in
+    the legend."""
     colours = shade_of_each_S(charges)
     looks: dict[Charge, dict[str, Any]] = {}
     named: set[tuple] = set()
     for charge in charges:
         mill = (*mill_name(charge), charge.balls)
+        dashes = "--" if charge.scheme == "constant-speed" else "-"
         looks[charge] = {
             "color": colours[charge.S],
-            "linestyle": "--" if charge.scheme == "constant-speed" else "-",
+            "linestyle": dashes if charge.policy == "paper" else ":",
             "label": "_" if mill in named else charge.id.removesuffix(f"-seed{charge.seed}"),
         }
         named.add(mill)

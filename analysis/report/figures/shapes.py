@@ -21,16 +21,18 @@ from millscale.analysis.shapes.solid_fraction import Grid
 from millscale.report.figures.style import STYLE, shade_of_each_S
 
 DASHES = {"fixed": "-", "overlap-matched": (0, (4, 1.5))}
+DOTS = (0, (1, 1))  # a policy other than the paper's
 
 
 def looks_of(charges: Sequence[Charge]) -> dict[Charge, dict]:
-    """Return the line style of each charge: colour by S, black at S = 1, dashes for a matched E."""
+    """Return the line style of each charge: colour by S, black at S = 1, dashes for a matched E,
+    dots for a policy other than the paper's."""
     shades = shade_of_each_S(charges)
     return {
         charge: {
             "color": shades[charge.S],
             "lw": 1.8 if charge.is_physical else 1.2,
-            "ls": DASHES[charge.stiffness],
+            "ls": DASHES[charge.stiffness] if charge.policy == "paper" else DOTS,
             "zorder": 2 if charge.is_physical else 3,
         }
         for charge in charges

@@ -10,6 +10,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from millscale.analysis.charge.scaled_mills import MillName
 from millscale.analysis.charge.speed_error import SHOWN, MillRow
 from millscale.analysis.measures import ErrorColumn
 from millscale.analysis.paper import numbers as paper
@@ -23,6 +24,8 @@ LOOKS = {
     ("constant-speed", "overlap-matched"): {"marker": "^", "color": "#e69f00"},
 }
 OTHER_LOOK = {"marker": "v", "color": "#009e73"}
+# Policies other than the paper's are hollow.
+HOLLOW = {"mfc": "white"}
 
 
 def speed_against_error(mills: Sequence[MillRow]) -> Figure:
@@ -113,18 +116,20 @@ def _error_panel(axes: Axes, mills: Sequence[MillRow], error: ErrorColumn) -> No
         axes.plot(*zip(*points, strict=True), "x", color="#777", ms=5, label="between two seeds")
 
 
-def _by_look(mills: Sequence[MillRow]) -> dict[tuple[str, str, str], list[MillRow]]:
-    groups: dict[tuple[str, str, str], list[MillRow]] = {}
+def _by_look(mills: Sequence[MillRow]) -> dict[MillName, list[MillRow]]:
+    """Return the mills of each campaign, scheme, policy and stiffness, whatever their S."""
+    groups: dict[MillName, list[MillRow]] = {}
     for mill in mills:
-        key = mill.name.campaign, mill.name.scheme, mill.name.stiffness
-        groups.setdefault(key, []).append(mill)
+        groups.setdefault(mill.name._replace(S=0.0), []).append(mill)
     return groups
 
 
-def _look(key: tuple[str, str, str]) -> dict[str, Any]:
-    return LOOKS.get(key[1:], OTHER_LOOK)
+def _look(name: MillName) -> dict[str, Any]:
+    look = LOOKS.get((name.scheme, name.stiffness), OTHER_LOOK)
+    return look if name.policy == "paper" else look | HOLLOW
 
 
-def _name(key: tuple[str, str, str]) -> str:
-    matched = "" if key[2] == "fixed" else ", E matched"
-    return key[1].replace("-", " ") + matched
+def _name(name: MillName) -> str:
+    policy = "" if name.policy == "paper" else f", {name.policy}"
+    matched = "" if name.stiffness == "fixed" else ", E matched"
+    return name.scheme.replace("-", " ") + policy + matched
