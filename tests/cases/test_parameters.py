@@ -5,18 +5,11 @@ from msgspec.structs import replace
 
 from millscale.cases.parameters import parameters, write_parameters
 from paper_campaign import MULTI_BALL, REPOSITORY, cases
+from reference_tables import documented
 
-PROMISED = set(
-    """
-mill_radius_physical gravity_physical omega_physical S scheme policy time_factor ball_radius
-ball_density youngs_modulus poisson_ratio restitution_pp restitution_pw static_friction_pp
-static_friction_pw rolling_friction_pp rolling_friction_pw mill_radius liner_shape lifters
-length half_box time_step start_time rest_steps rotation_steps sample_steps dump_steps
-settle_steps ball_x ball_y ball_z skin centrifuging restart_steps pair dumps
-tangential_model_pp tangential_model_pw rolling_model_pp rolling_model_pw soft_particles
-hard_particles surface tangential_damping wall_damping
-""".split()  # noqa: SIM905
-)
+OF_A_MESH = {"curvature_deg", "liner_file"}
+OPTIONAL = {"precision", "ledger"}
+ALWAYS = set(documented("parameters.in")) - OF_A_MESH - OPTIONAL
 
 
 @pytest.fixture
@@ -30,19 +23,22 @@ def read(path) -> dict[str, str]:
     return {line[1]: " ".join(line[3:]) for line in lines}
 
 
-OF_A_MESH = {"curvature_deg", "liner_file"}
-
-
-def test_every_parameter_promised_is_written(both_kinds):
+def test_exactly_the_documented_parameters_are_written(both_kinds):
     for case in both_kinds:
-        assert set(parameters(case)) >= PROMISED
-        assert not set(parameters(case)) & OF_A_MESH
+        assert set(parameters(case)) == ALWAYS
 
 
 def test_a_mesh_wall_has_its_file_and_curvature(tmp_path):
     for case in cases(tmp_path, **MULTI_BALL, wall__kind="mesh"):
-        assert set(parameters(case)) >= PROMISED | OF_A_MESH
+        assert set(parameters(case)) == ALWAYS | OF_A_MESH
         assert parameters(case)["curvature_deg"] == case.wall.curvature_deg
+
+
+def test_options_of_contacts_are_written_if_chosen(tmp_path):
+    chosen = cases(tmp_path, **MULTI_BALL, model__precision="mixed", multi_ball__ledger=True)
+    for case in chosen:
+        ledger = {"ledger"} if case.kind == "multi-ball" else set()
+        assert set(parameters(case)) == ALWAYS | {"precision"} | ledger
 
 
 def test_numbers_come_back_exactly(both_kinds, tmp_path):
