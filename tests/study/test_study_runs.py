@@ -217,7 +217,7 @@ def test_a_changed_setting_alone_is_run_again(tmp_path):
 
 def test_an_identity_is_that_of_the_case_and_not_of_its_names(tmp_path):
     reference, default, same = load_study(write_study(tmp_path)).settings
-    assert default.cases[0]["digest"] != same.cases[0]["digest"]
+    assert default.cases[0].digest != same.cases[0].digest
     assert default.cases[0].identity == same.cases[0].identity
     assert reference.cases[0].identity != default.cases[0].identity
 

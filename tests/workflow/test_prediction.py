@@ -21,7 +21,7 @@ def two(tmp_path):
 def took(runs, case, seconds, steps=None):
     folder = runs / "cases" / case.id
     folder.mkdir(parents=True)
-    timing = {"wall_time_s": seconds, "steps": steps or case["time"]["steps"]}
+    timing = {"wall_time_s": seconds, "steps": steps or case.time.steps}
     (folder / "timing.json").write_text(json.dumps(timing))
 
 
@@ -32,10 +32,10 @@ def test_nothing_is_said_before_a_case_is_done(two):
 
 def test_predictions_are_held_against_what_the_runs_took(two):
     runs, (one, other) = two
-    expected = run_time(one, one["time"]["steps"], 1)
+    expected = run_time(one, one.time.steps, 1)
     took(runs, one, 2.0 * expected)
     assert errors(runs)[one.id] == pytest.approx((expected, 2.0 * expected))
-    as_expected = run_time(other, other["time"]["steps"], 1)
+    as_expected = run_time(other, other.time.steps, 1)
     took(runs, other, as_expected)
     line = error_line(runs)
     error = (expected + as_expected) / (2.0 * expected + as_expected) - 1.0
@@ -45,7 +45,7 @@ def test_predictions_are_held_against_what_the_runs_took(two):
 
 def test_the_rest_of_a_run_counts_for_the_whole_in_proportion(two):
     runs, (one, _) = two
-    took(runs, one, 3.0, steps=one["time"]["steps"] // 2)
+    took(runs, one, 3.0, steps=one.time.steps // 2)
     assert errors(runs)[one.id][1] == pytest.approx(6.0, rel=1e-4)
 
 

@@ -11,7 +11,15 @@ from rich.table import Table
 from millscale.bench.ball import ball_speedup, mesh_convergence
 from millscale.bench.charge_means import SLICES, WALLS, compared
 from millscale.bench.compare import Plan, interleaved, ratio_of_medians, rows
-from millscale.bench.engines import ANALYTIC_WALL_ONLY, LAMMPS, LIGGGHTS, MILLSCALE, MIXED, YADE
+from millscale.bench.engines import (
+    ANALYTIC_WALL_ONLY,
+    LAMMPS,
+    LIGGGHTS,
+    MILLSCALE,
+    MIXED,
+    YADE,
+    Variant,
+)
 from millscale.bench.scenes import SCENES, SIZES, Scene, prepare
 from millscale.bench.size_figure import draw_sizes
 from millscale.engine.record import provenance
@@ -44,7 +52,7 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
         raise CampaignError("millscale bench", "--scene", f"got {scene_name}", known)
     scene = SCENES[scene_name]
     state = prepare(scene, runs, console)
-    variants = (MILLSCALE, MIXED, LIGGGHTS)
+    variants: tuple[Variant, ...] = (MILLSCALE, MIXED, LIGGGHTS)
     if scene.name == DRUM_SCENE and not quick:
         variants += (LAMMPS, YADE)
     plan = _plan(scene, quick)

@@ -14,7 +14,7 @@ from millscale.campaign.contacts import ContactOptions
 from millscale.cases.wall_panels import panels_of
 from millscale.engine.deck_run import find_engine, mpirun_line
 from millscale.engine.log import loop_timing
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, EngineError
 from millscale.mesh import curvature_deg
 from millscale.runs.case_file import Case
 from millscale.runs.liner import liner_of
@@ -66,6 +66,9 @@ class Phases:
 
     @property
     def outside_pair_and_neigh(self) -> float:
+        """Time of all other parts."""
+        if self.pair is None or self.neigh is None:
+            raise ValueError("the engine reports no time of pair and neighbour list")
         return self.total - self.pair - self.neigh
 
 
@@ -85,7 +88,7 @@ def time_run(
     """Run a state in an engine and return its own timing of the last `steps`.
 
     Raises:
-        RuntimeError: the engine did not come to the end; says why.
+        EngineError: the engine did not finish; states why.
     """
     folder.mkdir(parents=True, exist_ok=True)
     values = _values(variant, state) | {"warm_steps": warm_steps, "steps": steps}
@@ -106,14 +109,16 @@ def time_run(
 
 def _phases_of_peer(timed: Timed, each: float) -> Phases:
     """Return phases from times [s]; `each` converts them to ns per ball, step and core."""
-    parts = (timed.pair, timed.neigh, timed.comm)
-    if None in parts:
+    if timed.pair is None or timed.neigh is None or timed.comm is None:
         return Phases(timed.total * each, None, None, None, None)
+    parts = (timed.pair, timed.neigh, timed.comm)
     return Phases(*(each * t for t in (timed.total, *parts, timed.total - sum(parts))))
 
 
 def _phases(text: str) -> Phases:
     loop = loop_timing(text)
+    if loop is None:
+        raise EngineError("the engine's output has no timing of its steps")
     each = loop.loop_time * loop.ranks / loop.particle_steps * 1e9
     share = loop.share
     return Phases(

@@ -119,7 +119,7 @@ def _run(case: Case, folder: Path, step: int, output: Output) -> tuple[float, fl
         x for x in parameters.read_text(encoding="utf-8").splitlines() if x.split()[1] not in values
     ]
     write_text(parameters, "\n".join(kept) + "\n")
-    line = [find_engine(), "-in", "mill.in", "-log", "log.cost", *words]
+    line = [str(find_engine()), "-in", "mill.in", "-log", "log.cost", *words]
     with (folder / "out").open("wb") as screen:
         process = subprocess.Popen(line, cwd=folder, env=engine_environment(), stdout=screen)
         _, status, usage = os.wait4(process.pid, 0)

@@ -40,9 +40,9 @@ def lammps(state: State, values: Mapping[str, object], ranks: int, folder: Path)
     shutil.copyfile(DECKS / "lammps.in", folder / "lammps.in")
     line = mpirun_line(_installed("lmp", "lammps"), "lammps.in", "log.lammps", ranks)
     text = engine_output(line, folder)
-    last = text[text.rindex("Loop time of") :]
-    parts = {name.lower(): float(seconds) for name, seconds in _SECTION.findall(last)}
-    return Timed(float(_LOOP.search(last)[1]), **parts)
+    total = _LOOP.findall(text)[-1]
+    parts = _SECTION.findall(text[text.rindex("Loop time of") :])
+    return Timed(float(total), **{name.lower(): float(seconds) for name, seconds in parts})
 
 
 def yade(state: State, values: Mapping[str, object], ranks: int, folder: Path) -> Timed:
@@ -51,8 +51,8 @@ def yade(state: State, values: Mapping[str, object], ranks: int, folder: Path) -
     of_yade = {
         **{k: v for k, v in values.items() if isinstance(v, (int, float))},
         "density": ball.density_kg_m3,
-        "friction": values["static_friction_pp"],
-        "damping_ratio": _core.damping_ratio(values["restitution_pp"]),
+        "friction": state.case.material.static_friction_pp,
+        "damping_ratio": _core.damping_ratio(state.case.material.restitution_pp),
         "length": mill.simulated_length_m,
     }
     write_json(folder / "values.json", of_yade)

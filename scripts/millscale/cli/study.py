@@ -78,6 +78,7 @@ def study(
     `millscale study campaigns/study-ladder.toml --runs runs/ladder --from runs/paper-multi-ball`
     """
     from millscale.study.command import (
+        NO_FOLDER,
         StudyCall,
         plan,
         plan_text,
@@ -92,7 +93,7 @@ def study(
         raise CampaignError("millscale study", "--plan", "with --no-run or --to", "one of them")
     wish = CoreWish(ranks, jobs, oversubscribe)
     others, names = tuple(taken_from or ()), tuple(only or ())
-    call = StudyCall(file, runs, others, names, wish, ignore_disk, no_run, to)
+    call = StudyCall(file, runs or NO_FOLDER, others, names, wish, ignore_disk, no_run, to)
     if only_plan:
         rows = plan(call)
         typer.echo(plan_text(rows)) if as_json else console_of().print(render(rows))

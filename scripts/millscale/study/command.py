@@ -15,8 +15,9 @@ from millscale.engine.machine import CoreWish
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError, nearest
 from millscale.formats import counted, duration
-from millscale.runs.case_folder import RunFolderError, read_json
+from millscale.runs.case_folder import read_json
 from millscale.runs.lock import hold
+from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json
 from millscale.study.file import Setting, StudyFile, load_study
 from millscale.study.folders import Places, found_cases, record, write_setting
@@ -27,13 +28,16 @@ from millscale.study.tables import tables
 from millscale.workflow.placement import OPEN, campaign_time
 from millscale.workflow.run_command import Request, check_free_disk, request, run_campaign
 
+# Of a plan without a runs folder: no case in it is finished.
+NO_FOLDER = Path("/nonexistent")
+
 
 @dataclass(frozen=True)
 class StudyCall:
     """Arguments of the command.
 
     Attributes:
-        runs: folder of the study; None with `plan` if there is none.
+        runs: runs folder of the study; NO_FOLDER for a plan without one.
         others: runs folders whose finished cases are reused.
         only: names of settings to run, or patterns with `*`; empty for every setting.
         no_run: compare finished cases only.
@@ -41,7 +45,7 @@ class StudyCall:
     """
 
     file: Path
-    runs: Path | None
+    runs: Path
     others: tuple[Path, ...] = ()
     only: tuple[str, ...] = ()
     cores: CoreWish = OPEN
@@ -53,8 +57,7 @@ class StudyCall:
 def plan(call: StudyCall) -> list[dict[str, Any]]:
     """Return the rows of `plan.study_plan`; writes no file."""
     study = load_study(call.file)
-    # Without a folder, only cases of other folders can be finished.
-    places = Places(call.runs or Path("/nonexistent"), call.others)
+    places = Places(call.runs, call.others)
     places.check()
     chosen = {setting.name for setting in _chosen(study, call.only)}
     found = {s.name: found_cases(study, s, places) for s in study.settings}
@@ -71,7 +74,7 @@ def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, StudyResul
     places = Places(call.runs, call.others)
     places.check()
     chosen = _chosen(study, call.only)
-    content = _content_of(call.to) if call.to else None
+    content = _content_of(call.to) if call.to else {}
     done = True
     with hold(places.runs):
         record(study, places)

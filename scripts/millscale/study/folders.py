@@ -66,7 +66,7 @@ def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str,
     wanted = {x.identity: x.id for x in setting.cases if x.id not in found}
     others = [places.of(other) for other in study.settings if other is not setting]
     for folder in _case_folders([*places.others, *others]) if wanted else ():
-        case_id = wanted.get(_identity_at(folder))
+        case_id = wanted.get(_identity_at(folder) or "")
         if case_id and case_id not in found and _is_finished(folder):
             found[case_id] = folder
     return found

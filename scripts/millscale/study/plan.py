@@ -54,11 +54,10 @@ def render(rows: list[Row]) -> Group:
     table = Table(
         box=None, title_justify="left", title=counted(len(rows), "setting"), pad_edge=False
     )
-    for heading, justify in (
-        *(("setting", "left"), ("cases", "right"), ("done", "right"), ("balls", "right")),
-        *(("dt s", "right"), ("dt/limit", "right"), ("core time", "right"), ("about", "left")),
-    ):
-        table.add_column(heading, justify=justify, no_wrap=heading != "about")
+    for heading in ("setting", "cases", "done", "balls", "dt s", "dt/limit", "core time", "about"):
+        left = heading in ("setting", "about")
+        wrapped = heading == "about"
+        table.add_column(heading, justify="left" if left else "right", no_wrap=not wrapped)
     for row in rows:
         table.add_row(*map(escape, _cells(row)))
     cores = available_cores()
