@@ -149,8 +149,8 @@ WRONG = [
     ("mill nothing wall liner every 5", "mill: 'nothing' is not the id of a fix mill/similarity"),
     ("mill mill wall nothing every 5", "wall: 'nothing' is not the id of a fix wall/mill or mesh"),
     ("mill mill wall integrate every 5", "wall: 'integrate' is not the id of a fix wall/mill"),
-    ("mill mill wall liner", "every: the number of steps between two rows of the series is needed"),
-    ("mill mill wall liner every 0", "every: the number of steps"),
+    ("mill mill wall liner", "every: give the number of steps between two rows of the series"),
+    ("mill mill wall liner every 0", "every: give the number of steps"),
     ("mill mill wall liner each 5", "unknown keyword 'each'; accepted are mill, wall, every"),
 ]
 
