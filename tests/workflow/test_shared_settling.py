@@ -5,6 +5,7 @@ import shutil
 import zlib
 
 import pytest
+from msgspec.structs import replace
 
 import small_campaign
 from millscale.cases.decks import copy_decks
@@ -13,8 +14,10 @@ from millscale.cases.parameters import write_parameters
 from millscale.packing.charge import write_charge
 from millscale.runs.case_file import load_case
 from millscale.runs.digests import digest_of
+from millscale.runs.layout import PROFILE_FILE, STAGES
 from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.workflow.shared_settling import FOLDER, SharedBed, give, settling_key, take
+from millscale.workflow.stage_work import inputs_of
 from small_campaign import CHARGE
 
 PRODUCTS = ("settled.restart", "settled.json")
@@ -64,6 +67,30 @@ def test_whatever_decides_the_settling_makes_another_bed(tmp_path, change):
     name = "mb-cg-paper-S1.000"
     one = key(prepared(tmp_path)[name])
     assert key(prepared(tmp_path, BOTH_SCHEMES.replace(*change), "other")[name]) != one
+
+
+def test_balls_of_one_packing_on_another_liner_make_another_bed(tmp_path):
+    folder = prepared(tmp_path)["mb-cg-paper-S1.000"]
+    case, keys = load_case(folder), {key(folder)}
+    narrower = replace(case.mill, groove_width_m=0.99 * case.mill.groove_width_m)
+    nodes = ((1.38, -0.05, 0.0, 2, 0), (1.45, 0.1, 0.0, 0, 0))
+    profiles = [replace(case.mill, profile=((*nodes[0][:4], ahead), nodes[1])) for ahead in (0, 1)]
+    for mill in (narrower, *profiles):
+        changed = replace(case, mill=mill)
+        write_parameters(changed, folder)
+        keys.add(settling_key(changed, folder))
+    assert len(keys) == 4 and None not in keys
+
+
+def test_the_engine_reads_the_profile_of_a_liner(tmp_path):
+    folder = prepared(tmp_path)["mb-cg-paper-S1.000"]
+    for stage in STAGES["multi-ball"]:
+        assert PROFILE_FILE not in inputs_of(stage, folder)
+    (folder / PROFILE_FILE).write_text("")
+    reading = [
+        stage.name for stage in STAGES["multi-ball"] if PROFILE_FILE in inputs_of(stage, folder)
+    ]
+    assert reading == ["settle", "rotate"]
 
 
 def test_what_only_the_rotation_knows_leaves_the_bed(tmp_path):

@@ -8,12 +8,12 @@ from msgspec import to_builtins
 
 from millscale.engine.material_block import HARD_ABOVE, SOFT_BELOW, yes_or_no
 from millscale.runs.case_file import Case, Material, Mill, Wall
+from millscale.runs.layout import PROFILE_FILE
 from millscale.runs.liner import liner_of
 from millscale.runs.writing import write_text
 
 FILE = "parameters.in"
 LINER_FILE = "liner.stl"
-PROFILE_FILE = "liner_profile.csv"
 
 
 def parameters(case: Case) -> dict[str, float | int | str]:

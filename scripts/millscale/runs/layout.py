@@ -14,7 +14,9 @@ CASE_FILE = "case.json"
 RESULT_FILE = "result.json"
 DUMP_FOLDER = "dump"
 BED_DUMP = "settled.dump"
-# Written where the decks keep an account of the energy.
+# Beside parameters.in, of a liner that is not of trapezoidal lifters.
+PROFILE_FILE = "liner_profile.csv"
+# Written where the decks compute the energy budget.
 LEDGER_FILES = ("impacts.csv", "ledger.csv")
 
 

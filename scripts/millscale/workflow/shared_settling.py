@@ -21,7 +21,7 @@ from millscale.engine.restart_file import NotWholeError, read_restart
 from millscale.packing.charge import FILE as CHARGE_FILE
 from millscale.runs.case_file import Case
 from millscale.runs.digests import digest_of
-from millscale.runs.layout import CAMPAIGN_FILE, CASES_FOLDER
+from millscale.runs.layout import CAMPAIGN_FILE, CASES_FOLDER, PROFILE_FILE
 from millscale.runs.lock import hold
 from millscale.runs.provenance import PROVENANCE_FILE, read_provenance, write_provenance
 from millscale.runs.writing import write_copy
@@ -56,11 +56,13 @@ def settling_key(case: Case, folder: Path) -> str | None:
     }
     values = {k: v for k, v in parameters(case).items() if k in used and k not in OUTPUT}
     files = [CHARGE_FILE, *([LINER_FILE] if case.wall.kind == "mesh" else [])]
+    files += [PROFILE_FILE] if case.mill.profile else []
     content = {
         "decks": decks,
         "values": values,
         "gravity_m_s2": case.mill.gravity_m_s2,
         "radius_m": case.mill.radius_m,
+        "liner": parameters(case)["liner_shape"],
         "files": {x: digest_of(folder / x) for x in files},
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -19,7 +19,15 @@ from millscale.engine.resume import RESTART_FILES, Run, begin, look
 from millscale.engine.timing import Before, timing_record
 from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
-from millscale.runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, RESULT_FILE, STAGES, Stage
+from millscale.runs.layout import (
+    BED_DUMP,
+    DUMP_FOLDER,
+    LEDGER_FILES,
+    PROFILE_FILE,
+    RESULT_FILE,
+    STAGES,
+    Stage,
+)
 from millscale.runs.writing import write_json
 
 if TYPE_CHECKING:
@@ -202,12 +210,19 @@ def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
 def inputs_of(stage: Stage, folder: Path) -> list[str]:
     """Return the files that a stage reads, with those its deck includes and the energy budget."""
     included = with_included((stage.deck,), folder) if stage.deck else []
+    profile = _profile(folder) if stage.deck else []
     ledger = LEDGER_FILES if stage.name == "result" else ()
-    return sorted({*stage.inputs, *included, *ledger})
+    return sorted({*stage.inputs, *included, *profile, *ledger})
 
 
 def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:
-    return sorted({*folder.glob("*.in"), *(folder / name for name in stage.inputs)})
+    given = [*stage.inputs, *_profile(folder)]
+    return sorted({*folder.glob("*.in"), *(folder / name for name in given)})
+
+
+def _profile(folder: Path) -> list[str]:
+    """Return the file of a liner that is not of trapezoidal lifters, if the case has one."""
+    return [PROFILE_FILE] if (folder / PROFILE_FILE).exists() else []
 
 
 def settle(task: Task) -> None:
