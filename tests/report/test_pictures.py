@@ -50,9 +50,9 @@ def test_turning_moves_the_bottom_towards_minus_x():
 def test_outline_has_the_liner_s_radii(charge_folder):
     case = load_case(charge_folder)
     distance = np.hypot(*liner_outline(case, 0.3).T)
-    assert_allclose(distance.max(), case["mill"]["radius_m"], rtol=1e-9)
+    assert_allclose(distance.max(), case.mill.radius_m, rtol=1e-9)
     # The outline's corners are those of the flat lifter tops, half their width off the middle.
-    corner = np.hypot(case["mill"]["lifter_top_radius_m"], case["mill"]["lifter_top_width_m"] / 2)
+    corner = np.hypot(case.mill.lifter_top_radius_m, case.mill.lifter_top_width_m / 2)
     assert_allclose(distance.min(), corner, rtol=1e-9)
 
 
@@ -90,7 +90,7 @@ def test_picture_shows_balls_at_their_place_size_and_colour(charge_folder, tmp_p
     write_balls(folder, 5000, {1: (-0.8, 0.0), 2: (-0.2, 0.9)}, size)
     ((picture, _),) = draw_pictures(folder, [1.0], tmp_path)
     image = 255.0 * imread(picture)[..., :3]
-    scale = 0.5 * image.shape[0] / (1.06 * load_case(folder)["mill"]["radius_m"])
+    scale = 0.5 * image.shape[0] / (1.06 * load_case(folder).mill.radius_m)
     pixels = np.indices(image.shape[:2]) + 0.5 - 0.5 * image.shape[0]
     x, z = pixels[1] / scale, -pixels[0] / scale
     for centre_x, centre_z, radius, channel in ((-0.8, 0.0, 0.1, 0), (-0.2, 0.9, 0.2, 2)):
