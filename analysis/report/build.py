@@ -18,7 +18,7 @@ from millscale.report import images, tables
 from millscale.report.comparison_images import comparison_images
 from millscale.runs.case_folder import verify_line
 from millscale.runs.untrusted import RunFolderError, understood
-from millscale.runs.writing import new_folder, replace_folder, write_json, write_text
+from millscale.runs.writing import write_json, write_text, writing_folder
 
 PAGE = Path(__file__).parent / "page"
 REPORT, INDEX, RESULTS = "report", "index.html", "results.json"
@@ -40,13 +40,11 @@ def build_report(runs: Path) -> Path:
             f"none of its {len(campaign.missing)} cases is finished",
             f"run them with: millscale run FILE --runs {shlex.quote(str(runs))}",
         )
-    part = campaign.runs / f"{REPORT}.part"
-    new_folder(part)
-    write_json(part / RESULTS, campaign.results())
-    with understood(campaign.runs, f"find the file with: {verify_line(campaign.runs)}"):
-        write_text(part / INDEX, _page(campaign, part))
     folder = campaign.runs / REPORT
-    replace_folder(part, folder)
+    with writing_folder(folder) as part:
+        write_json(part / RESULTS, campaign.results())
+        with understood(campaign.runs, f"find the file with: {verify_line(campaign.runs)}"):
+            write_text(part / INDEX, _page(campaign, part))
     return folder / INDEX
 
 

@@ -17,7 +17,7 @@ from millscale.runs.case_folder import SERIES, RunFolderError, check_current, lo
 from millscale.runs.dumps import read_dump, required_dumps
 from millscale.runs.provenance import PROVENANCE_FILE
 from millscale.runs.series import read_series
-from millscale.runs.writing import new_folder, replace_folder, write_text
+from millscale.runs.writing import write_text, writing_folder
 
 FOLDER, COLLECTION = "paraview", "charge.pvd"
 LINER = "liner.vtp"
@@ -41,19 +41,18 @@ def write_paraview(folder: Path, every: int = 1) -> Path:
     series = read_series(folder / SERIES, "multi-ball")
     steps = list(files)[::every]
     angles = mill_angle_at(np.array(steps, float), series)
-    to = folder / f"{FOLDER}.part"
-    new_folder(to)
     first = first_dump(folder)
-    for step, angle in zip(steps, angles, strict=True):
-        dump = read_dump(files[step])
-        try:
-            rising = starts_on_rising_side(dump, first)
-        except ValueError as error:
-            raise RunFolderError(files[step], str(error), "run the case again") from None
-        save_balls(dump, rising, to / f"balls.{step:09d}.vtp")
-        save_liner(folder / LINER, float(angle), to / f"liner.{step:09d}.vtp")
-    _write_collection(to / COLLECTION, steps, _time_at(np.array(steps, float), series))
-    replace_folder(to, folder / FOLDER)
+    with writing_folder(folder / FOLDER) as to:
+        for step, angle in zip(steps, angles, strict=True):
+            dump = read_dump(files[step])
+            try:
+                rising = starts_on_rising_side(dump, first)
+            except ValueError as error:
+                raise RunFolderError(files[step], str(error), "run the case again") from None
+            save_balls(dump, rising, to / f"balls.{step:09d}.vtp")
+            save_liner(folder / LINER, float(angle), to / f"liner.{step:09d}.vtp")
+        times = _time_at(np.array(steps, float), series)
+        _write_collection(to / COLLECTION, steps, times)
     return folder / FOLDER / COLLECTION
 
 

@@ -17,6 +17,7 @@ from millscale.analysis.shapes.snapshots import first_dump, starts_on_rising_sid
 from millscale.runs.case_folder import LINER, RunFolderError
 from millscale.runs.dumps import Dump, read_dump
 from millscale.runs.untrusted import check_regular
+from millscale.runs.writing import writing_by_name
 
 RISING, FALLING = "#c8322b", "#2458b3"  # colours by the starting side, x < 0 and x >= 0
 WALL = "#9aa3ad"
@@ -69,10 +70,9 @@ def draw_charge(dump: Dump, first: Dump, section: np.ndarray, mill_angle: float)
 
 def save(plotter: pv.Plotter, path: Path) -> None:
     """Write a PNG; it appears complete or not at all."""
-    part = path.with_name(f"part-{path.name}")
-    plotter.screenshot(part)
+    with writing_by_name(path) as part:
+        plotter.screenshot(part)
     plotter.close()
-    part.replace(path)
 
 
 def save_balls(dump: Dump, rising: np.ndarray, path: Path) -> None:
@@ -108,9 +108,8 @@ def save_liner(liner: Path, mill_angle: float, path: Path) -> None:
 
 
 def _save_whole(mesh: pv.PolyData, path: Path) -> None:
-    part = path.with_name(f"part-{path.name}")
-    mesh.save(part)
-    part.replace(path)
+    with writing_by_name(path) as part:
+        mesh.save(part)
 
 
 def _add_balls(plotter: pv.Plotter, centres: np.ndarray, radii: np.ndarray, colour: str) -> None:

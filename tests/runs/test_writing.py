@@ -6,13 +6,13 @@ import os
 import pytest
 
 from millscale.runs.writing import (
-    new_folder,
-    replace_folder,
     write_copy,
     write_json,
     write_over,
     write_text,
     writing,
+    writing_by_name,
+    writing_folder,
 )
 
 
@@ -86,9 +86,30 @@ def test_a_folder_is_replaced_not_what_a_link_leads_to(tmp_path, is_link):
         else:
             (tmp_path / name).mkdir()
             (tmp_path / name / "old").touch()
-    new_folder(tmp_path / "report.part")
-    (tmp_path / "report.part" / "new").touch()
-    replace_folder(tmp_path / "report.part", tmp_path / "report")
+    with writing_folder(tmp_path / "report") as part:
+        (part / "new").touch()
     assert [x.name for x in (tmp_path / "report").iterdir()] == ["new"]
     assert [x.name for x in elsewhere.iterdir()] == ["kept"]
     assert not (tmp_path / "report").is_symlink()
+
+
+def test_a_folder_is_replaced_only_by_a_complete_one(tmp_path):
+    with writing_folder(tmp_path / "report") as part:
+        (part / "before").touch()
+    with pytest.raises(RuntimeError), writing_folder(tmp_path / "report") as part:
+        (part / "half").touch()
+        raise RuntimeError
+    assert [x.name for x in (tmp_path / "report").iterdir()] == ["before"]
+
+
+@pytest.mark.parametrize("make", [os.symlink, os.link])
+def test_a_file_that_a_library_opens_by_name_appears_whole_or_not_at_all(tmp_path, victim, make):
+    make(victim, tmp_path / "part-a.vtp")
+    with writing_by_name(tmp_path / "a.vtp") as part:
+        assert part.suffix == ".vtp"
+        part.write_text("whole")
+    with pytest.raises(RuntimeError), writing_by_name(tmp_path / "a.vtp") as part:
+        part.write_text("half")
+        raise RuntimeError
+    assert (tmp_path / "a.vtp").read_text() == "whole" and victim.read_text() == "precious"
+    assert sorted(x.name for x in tmp_path.iterdir()) == ["a.vtp", "victim"]

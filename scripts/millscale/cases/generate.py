@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shlex
 from collections.abc import Collection, Mapping
@@ -17,7 +16,7 @@ from millscale.engine.code_version import installed_version
 from millscale.errors import CampaignError
 from millscale.runs.case_digest import case_digest
 from millscale.runs.case_file import SCHEMA, Case
-from millscale.runs.digests import digest_of
+from millscale.runs.digests import digest_of, text_digest
 from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
 from millscale.runs.untrusted import MOST_JSON, RunFolderError, is_id, read_object, read_text
 from millscale.runs.writing import write_text
@@ -85,7 +84,7 @@ def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:
     # A link is refused by the lock.
     if owner["copy"] and copy.is_file() and not copy.is_symlink():
         text = campaign.file.read_text(encoding="utf-8")
-        if digest_of(copy) not in (owner["copy"], _sha256(text)):
+        if digest_of(copy) not in (owner["copy"], text_digest(text)):
             where = shlex.quote(str(copy))
             remedy = f"mv {where} mine.toml and run that, or rm {where} to give up the changes"
             raise CampaignError(copy, "", "changed by hand, and would be overwritten", remedy)
@@ -146,7 +145,7 @@ def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
         "cases": [case.id for case in cases],
         "digests": {case.id: case.digest for case in cases},
         "physical": cases[0].document["physical"],
-        "copy": _sha256(campaign.file.read_text(encoding="utf-8")),
+        "copy": text_digest(campaign.file.read_text(encoding="utf-8")),
         "run": {"ranks": campaign.ranks, "jobs": campaign.jobs},
         "versions": {"millscale": installed_version()},
     }
@@ -163,10 +162,6 @@ def _document(path: Path) -> Mapping[str, Any] | None:
         return read_object(path, "", MOST_JSON)
     except RunFolderError:
         return None
-
-
-def _sha256(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _write_if_new(path: Path, text: str) -> None:

@@ -8,6 +8,7 @@ from millscale.cases.decks import template_folder
 from millscale.engine.deck_run import ENGINE, mpirun_line, mpirun_text
 from millscale.runs.case_file import Case
 from millscale.runs.layout import STAGES, Stage
+from millscale.runs.writing import write_text
 
 FILE = "mpirun.sh"
 _TITLES = {
@@ -73,7 +74,7 @@ def script_text(case: Case, ranks: int) -> str:
 def write_script(case: Case, ranks: int, folder: Path) -> None:
     """Write mpirun.sh of a case to a folder."""
     path = folder / FILE
-    path.write_text(script_text(case, ranks), encoding="utf-8")
+    write_text(path, script_text(case, ranks))
     path.chmod(0o755)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from typing import Any
+
+from millscale.runs.digests import json_digest
 
 # Keys that inform: a case need not run again because their wording or numbers change.
 INFORMING = ("digest", "model", "predicted", "versions", "warnings")
@@ -14,14 +14,11 @@ NAMES = ("id", "campaign")
 
 def case_digest(case: Mapping[str, Any]) -> str:
     """Return the hash of all that decides a case: of every key but those that only inform."""
-    return _hash({key: value for key, value in case.items() if key not in INFORMING})
+    return json_digest({key: value for key, value in case.items() if key not in INFORMING})
 
 
 def case_identity(case: Mapping[str, Any]) -> str:
     """Return the hash of the same keys without names: equal for the same case of two campaigns."""
-    return _hash({key: value for key, value in case.items() if key not in (*INFORMING, *NAMES)})
-
-
-def _hash(content: Mapping[str, Any]) -> str:
-    text = json.dumps(content, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return json_digest(
+        {key: value for key, value in case.items() if key not in (*INFORMING, *NAMES)}
+    )

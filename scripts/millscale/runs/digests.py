@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import json
 import os
 import stat
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from millscale.runs.untrusted import RunFolderError, open_regular, read_object, understood
 from millscale.runs.writing import write_json
@@ -37,6 +39,16 @@ def digest_of(path: Path, follow: bool = False) -> str:
         if os.fstat(file.fileno()).st_size > MOST_BYTES:
             raise OSError(errno.EFBIG, f"larger than {MOST_BYTES} bytes", str(path))
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def text_digest(text: str) -> str:
+    """Return the SHA-256 of a text in UTF-8, in hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def json_digest(content: Any) -> str:
+    """Return the SHA-256 of JSON content, whatever the order of the keys."""
+    return text_digest(json.dumps(content, sort_keys=True))
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:

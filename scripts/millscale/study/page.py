@@ -9,7 +9,7 @@ from typing import Any
 from millscale.analysis.measures import STUDIED
 from millscale.report.build import INDEX, REPORT, environment
 from millscale.report.images import Image, save_image
-from millscale.runs.writing import new_folder, replace_folder, write_json, write_text
+from millscale.runs.writing import write_json, write_text, writing_folder
 from millscale.study import pareto
 from millscale.study.figures import time_against_error
 from millscale.study.pareto import SettingRow
@@ -35,11 +35,9 @@ def build_study(runs: Path, provenance: dict[str, Any]) -> StudyResults:
     """
     runs = Path(runs)
     results = study_results(runs)
-    part = runs / f"{REPORT}.part"
-    new_folder(part)
-    write_json(part / RESULTS, published([results], provenance))
-    write_text(part / INDEX, _page(results, provenance, part))
-    replace_folder(part, runs / REPORT)
+    with writing_folder(runs / REPORT) as part:
+        write_json(part / RESULTS, published([results], provenance))
+        write_text(part / INDEX, _page(results, provenance, part))
     return results
 
 

@@ -6,8 +6,6 @@ the same values share a bed. The folder holds copies and can be deleted at any t
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -20,7 +18,7 @@ from millscale.cases.parameters import LINER_FILE, parameters, parameters_text
 from millscale.engine.restart_file import NotWholeError, read_restart
 from millscale.packing.charge import FILE as CHARGE_FILE
 from millscale.runs.case_file import Case
-from millscale.runs.digests import digest_of
+from millscale.runs.digests import digest_of, json_digest
 from millscale.runs.layout import CAMPAIGN_FILE, CASES_FOLDER, PROFILE_FILE
 from millscale.runs.lock import hold
 from millscale.runs.provenance import PROVENANCE_FILE, read_provenance, write_provenance
@@ -65,7 +63,7 @@ def settling_key(case: Case, folder: Path) -> str | None:
         "liner": parameters(case)["liner_shape"],
         "files": {x: digest_of(folder / x) for x in files},
     }
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    return json_digest(content)
 
 
 @dataclass(frozen=True)
