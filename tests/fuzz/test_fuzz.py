@@ -227,7 +227,7 @@ def runs_folder(folder):
     for case in (done, begun):
         for stage in ("mesh", "deck"):
             assert run_stage(runs / "cases" / case.id, stage) == 0
-    _finish(runs / DONE, done["S"])
+    _finish(runs / DONE, done.S)
     part = runs / BEGUN / "rotate.part"
     part.mkdir()
     motion = case_document("single-ball", "constant-gravity", "paper", 2.0, sample_angle=0.05)
