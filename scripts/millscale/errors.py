@@ -9,7 +9,7 @@ from millscale.terminal import one_line
 
 
 class CampaignError(ValueError):
-    """A campaign that cannot be run: which file and key, what was got, what is accepted.
+    """A campaign that cannot be run: which file and key, the value, what is accepted.
 
     Attributes:
         file: the campaign file.
@@ -35,6 +35,6 @@ class EngineError(RuntimeError):
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """The known word most like `word`, or an empty string if none is near."""
+    """Return the known word most like `word`, or an empty string if none is near."""
     matches = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
     return matches[0] if matches else ""

@@ -1,4 +1,4 @@
-"""Text for people, whatever the locale and whatever it was read from."""
+"""Text for a terminal, independent of the locale and without control characters."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ MOST_SHOWN = 4000
 
 
 def one_line(text: str) -> str:
-    """Text in one line, without the characters that a terminal obeys; of a very long one the ends.
+    """Return text in one line, without control characters; of a long one, both ends.
 
     Bytes of file names that the locale could not decode are taken for UTF-8.
     """

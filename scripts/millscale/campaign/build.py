@@ -25,7 +25,7 @@ NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
 def load_campaign(path: str | Path) -> Campaign:
-    """The campaign a TOML file describes.
+    """Return the campaign a TOML file describes.
 
     Raises:
         CampaignError: the file, a key or a combination of keys is not accepted.
@@ -35,7 +35,7 @@ def load_campaign(path: str | Path) -> Campaign:
 
 
 def campaign_of(path: Path, tree: Section) -> Campaign:
-    """The campaign that the content of a TOML file describes.
+    """Return the campaign that the content of a TOML file describes.
 
     Args:
         path: of the file, for its default name and the messages.
@@ -95,7 +95,7 @@ def _contacts(path: Path, model: Section) -> ContactOptions:
 
 
 def campaign_name(path: Path, key: str, name: str | None) -> str:
-    """The name given under a key, or that of the file.
+    """Return the name given under a key, or that of the file.
 
     Raises:
         CampaignError: not a name for folders and files.
@@ -194,7 +194,7 @@ def _liner(path: Path, liner: Section) -> LinerShape:
 
 
 def _foot(path: Path, liner: Section) -> tuple[float | None, float | None]:
-    """Groove width [m] or face angle [rad], whichever defines the foot of the lifters."""
+    """Return groove width [m] or face angle [rad], whichever defines the foot of the lifters."""
     width, angle = liner["groove_width_m"], liner["face_angle_deg"]
     if liner["reading"] == "parallel":
         if angle:
@@ -214,7 +214,7 @@ def _foot(path: Path, liner: Section) -> tuple[float | None, float | None]:
 
 
 def _unused(liner: Section) -> tuple[str, ...]:
-    """Says that D2 is not used where D1 all the way down leaves no choice of it."""
+    """Warn that `groove_width_m` is not used if the faces are parallel."""
     if liner["reading"] == "parallel" and liner["groove_width_m"] is not None:
         return ("reading parallel: groove_width_m is not used, it follows from lifter_top_width_m",)
     return ()

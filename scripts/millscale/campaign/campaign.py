@@ -106,7 +106,7 @@ class Charge:
     seeds_from: float
 
     def seeds_at(self, S: float) -> tuple[int, ...]:
-        """Seeds of the models of a radius ratio."""
+        """Return the seeds of the models of a radius ratio."""
         return self.seeds if self.seeds_from <= S else self.seeds[:1]
 
 

@@ -25,7 +25,7 @@ REST = 1.57
 
 
 def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> Study:
-    """The study of section `name`; what it leaves out is taken from [scaling].
+    """Return the campaign part of section `name`; keys it lacks are taken from [scaling].
 
     Raises:
         CampaignError: contradictory or missing keys.
@@ -73,7 +73,7 @@ def _part_policies(
 
 
 def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
-    """Only our own contacts and wall keep account of the energy."""
+    """Return whether the energy budget is wanted; only our contacts and wall compute it."""
     wanted = bool(sections["multi_ball"]["ledger"])
     for section, key, ours in (("model", "contacts", "fast"), ("wall", "kind", "analytic")):
         got = sections[section][key]
@@ -88,7 +88,7 @@ def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
 
 
 def _ratios(path: Path, name: str, section: Section, mill: Mill) -> tuple[float, ...] | None:
-    """S of the models of a section, from S or the scaled radii; both must agree, S is used."""
+    """Return S of the scaled mills of a section, from S or the scaled radii, which must agree."""
     ratios: tuple[float, ...] | None = section["S"]
     radii: tuple[float, ...] | None = section["scaled_radius_m"]
     if radii is None:
@@ -133,7 +133,7 @@ def _check_radii(path: Path, ratios: tuple[float, ...], mill: Mill, ball_radius:
 
 
 def _wait(name: str, section: Section, mill: Mill, ball_radius: float) -> float:
-    """Rest of a single ball, or settling of a charge, before the mill turns [s]."""
+    """Return the rest of a single ball, or settling of a charge, before the mill turns [s]."""
     if name == "single_ball":
         given, default = section["rest_s"], REST * math.sqrt(2.0 * ball_radius / mill.gravity)
     else:
@@ -142,12 +142,12 @@ def _wait(name: str, section: Section, mill: Mill, ball_radius: float) -> float:
 
 
 def settling_time(mill: Mill) -> float:
-    """Time in which the charge of a physical mill settles [s]."""
+    """Return the time in which the charge of a physical mill settles [s]."""
     return SETTLING * math.sqrt(mill.radius / mill.gravity)
 
 
 def _check_intervals(path: Path, name: str, section: Section, rotation: float) -> None:
-    """Rows of the series, and dumps that were asked for, lie within the rotation."""
+    """Refuse intervals of rows and dumps that are longer than the rotation."""
     for key in ("sample_angle_rad", "dump_angle_rad"):
         if section[key] is not None and section[key] > rotation:
             raise CampaignError(
@@ -205,7 +205,7 @@ def _charge(
 
 
 def _slice_length(path: Path, section: Section, diameter: float) -> tuple[float | None, str]:
-    """Length of the slice [m], None for the whole mill, and the key that gives it."""
+    """Return the length of the slice [m], None for the whole mill, and the key that gives it."""
     length, diameters = section["slice_length_m"], section["slice_diameters"]
     if length is not None and diameters is not None:
         raise CampaignError(
@@ -217,7 +217,7 @@ def _slice_length(path: Path, section: Section, diameter: float) -> tuple[float 
 
 
 def _seeds_from(path: Path, section: Section, ratios: tuple[float, ...]) -> float:
-    """Smallest S that takes every seed."""
+    """Return the smallest S that takes every seed."""
     given = section["seeds_from_S"]
     if given is None:
         return 1.0

@@ -40,7 +40,7 @@ Section = Mapping[str, Any]
 
 
 def checked_sections(path: Path, tree: Section) -> dict[str, Section]:
-    """Checked sections of a campaign, defaults filled in; sections left out are absent.
+    """Return the checked sections of a campaign, defaults filled in; sections left out are absent.
 
     Args:
         path: of the campaign file, for the messages.
@@ -69,7 +69,7 @@ def checked_sections(path: Path, tree: Section) -> dict[str, Section]:
 def read_section(
     path: Path, section: str, content: Section, known: Mapping[str, Key]
 ) -> dict[str, Any]:
-    """Checked values of one section, defaults filled in.
+    """Return the checked values of one section, defaults filled in.
 
     Raises:
         CampaignError: unknown or missing key, wrong type, value out of range.
@@ -79,7 +79,7 @@ def read_section(
 
 
 def parse_toml(path: Path) -> dict[str, Any]:
-    """Content of a TOML file of a page or so, UTF-8 with or without a byte order mark.
+    """Return the content of a TOML file of a page or so, UTF-8 with or without a byte order mark.
 
     Raises:
         CampaignError: unreadable, too large, or not TOML.
@@ -114,7 +114,8 @@ def _text(path: Path, content: bytes) -> str:
 
 
 def _not_toml(path: Path, text: str, cause: str) -> CampaignError:
-    """Error of a text that is no TOML: a slip of typing where there is one, else the parser's."""
+    """Return the error of a text that is no TOML: a slip of typing where there is one, else the
+    parser's."""
     # The parser stops where it understands no more; a slip in a comment or a text is none.
     stopped = re.search(r"at line (\d+), column (\d+)", cause)
     number = int(stopped[1]) if stopped else 0
@@ -135,13 +136,13 @@ def _not_toml(path: Path, text: str, cause: str) -> CampaignError:
 
 
 def _place(text: str, index: int) -> str:
-    """Line and column of a character of a text, as the parser counts them."""
+    """Return the line and column of a character of a text, as the parser counts them."""
     before = text[:index]
     return f"(at line {before.count(chr(10)) + 1}, column {index - before.rfind(chr(10))})"
 
 
 def unknown_word(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
-    """Error of an unknown section or key, naming the nearest known one and its unit."""
+    """Return the error of an unknown section or key, naming the nearest known one and its unit."""
     key = f"{section}.{word}" if section else word
     quantity, unit = split_unit(word)
     siblings = [name for name in known if unit and split_unit(name)[0] == quantity]
@@ -176,7 +177,7 @@ def _read_keys(
 
 
 def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
-    """A value of the file if the key accepts it; a tuple if the key takes a list."""
+    """Return a value of the file if the key accepts it; a tuple if the key takes a list."""
     if not key.many:
         return _read_one(path, where, key, value)
     items = value if isinstance(value, list) else [value]
@@ -195,7 +196,7 @@ def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
 
 
 def _read_one(path: Path, where: str, key: Key, value: Any) -> Any:
-    """One value of the right type and range; numbers become float."""
+    """Return one value of the right type and range; numbers become float."""
     if isinstance(value, str) and value in key.choices:
         return value
     fits = {
@@ -248,7 +249,7 @@ def _is_line(text: str) -> bool:
 
 
 def _shown(value: Any) -> str:
-    """A value as TOML would write it, shortened."""
+    """Return a value as TOML would write it, shortened."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int) and value.bit_length() > 200:

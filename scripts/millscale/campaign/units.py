@@ -19,7 +19,7 @@ UNIT_SUFFIXES = (
 
 
 def split_unit(key: str) -> tuple[str, str]:
-    """Quantity and unit suffix of a key: `radius_mm` is `radius` in `_mm`."""
+    """Return the quantity and unit suffix of a key: `radius_mm` is `radius` in `_mm`."""
     lower = key.lower()
     for suffix in UNIT_SUFFIXES:
         if lower.endswith(suffix) and len(key) > len(suffix):
@@ -30,7 +30,7 @@ def split_unit(key: str) -> tuple[str, str]:
 def speed_forms(
     radius: float, ball_radius: float, gravity: float
 ) -> dict[str, Callable[[float], float]]:
-    """How each key of the mill's speed becomes rad/s.
+    """Return how each key of the mill speed becomes rad/s.
 
     The critical speed sqrt(g / (R - a)) is that of a ball's centre, the Froude number
     omega^2 R / g that of the liner.
@@ -57,7 +57,7 @@ def resolve(
     unit: str,
     where: tuple[object, str],
 ) -> float | None:
-    """The quantity in SI from whichever of its alternative keys are given; None if none is.
+    """Return the quantity in SI from whichever of its alternative keys are given; None if none is.
 
     Args:
         values: key -> value as written, None if absent.

@@ -29,7 +29,7 @@ _NOT_PREDICTED = Predicted(particle_steps=0, ranks=1, wall_time_s=0.0, output_by
 
 
 def cases_of(campaign: Campaign) -> list[Case]:
-    """The cases of a campaign: by study, policy, scheme, S and seed.
+    """Return the cases of a campaign: by study, policy, scheme, S and seed.
 
     Raises:
         CampaignError: a model is impossible, a case would write more than the campaign's budget, or
@@ -52,7 +52,7 @@ def cases_of(campaign: Campaign) -> list[Case]:
 
 
 def case_id(model: Model, seed: int) -> str:
-    """Name of a case, `mb-cg-paper-S2.600`; the seed is told if the study has several."""
+    """Return the name of a case, `mb-cg-paper-S2.600`, with the seed if there are several."""
     kind = SHORT_KIND[model.study.kind]
     name = f"{kind}-{SHORT_SCHEME[model.scheme]}-{model.policy}-S{model.S:.3f}"
     several = model.study.charge is not None and len(model.study.charge.seeds) > 1
@@ -60,7 +60,7 @@ def case_id(model: Model, seed: int) -> str:
 
 
 def _cases(campaign: Campaign, model: Model, step: Step) -> list[Case]:
-    """The cases of a model, which differ in the seed alone.
+    """Return the cases of a model, which differ in the seed alone.
 
     Raises:
         CampaignError: the model is impossible.
@@ -136,7 +136,7 @@ def _case(campaign: Campaign, model: Model, step: Step) -> Case:
 
 
 def numbers(content: Any, key: str = "") -> Iterator[tuple[str, float]]:
-    """Every number of a document, with its path."""
+    """Yield every number of a document, with its path."""
     if isinstance(content, Mapping):
         for name, inner in content.items():
             yield from numbers(inner, f"{key}.{name}".lstrip("."))

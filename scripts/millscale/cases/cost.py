@@ -65,7 +65,7 @@ BUILT_IN = Rates()
 
 
 def path_of(case: Case) -> str:
-    """What decides the rate of a case: kind, wall, and who evaluates contacts of balls."""
+    """Return what decides the rate of a case: kind, wall and contact backend."""
     surface = f" {case.deck.surface}" if case.kind == "multi-ball" else ""
     mixed = " mixed" if surface and case.deck.precision == "mixed" else ""
     ledger = " ledger" if _keeps_ledger(case) else ""
@@ -77,7 +77,7 @@ def _keeps_ledger(case: Case) -> bool:
 
 
 def most_ranks(case: Case) -> int:
-    """Ranks a case can be cut into along the axis: slabs of two ball diameters at least."""
+    """Return the most ranks along the axis: each has a slab of at least two ball diameters."""
     if case.kind == "single-ball":
         return 1
     thinnest = 2.0 * THINNEST_SLAB * case.ball.radius_m
@@ -85,13 +85,13 @@ def most_ranks(case: Case) -> int:
 
 
 def ghost_factor(case: Case, ranks: int) -> float:
-    """Work of a step over that without ghost balls, derived in the module's docstring."""
+    """Return the work of a step over that without ghost balls, as the module derives it."""
     reach = 2.0 * case.ball.radius_m + case.domain.skin_m
     return 1.0 + GHOST_SHARE * 2.0 * reach * ranks / case.mill.simulated_length_m
 
 
 def step_time(case: Case, ranks: int) -> float:
-    """Wall time of one step of the whole case on free cores [s], before any correction."""
+    """Return the wall time of one step of a case on free cores [s], without correction."""
     wall = case.wall
     if case.kind == "single-ball":
         if wall.kind == "analytic":
@@ -105,12 +105,12 @@ def step_time(case: Case, ranks: int) -> float:
 
 
 def run_time(case: Case, steps: int, ranks: int, rates: Rates = BUILT_IN) -> float:
-    """Wall time of one run of the engine on free cores [s]."""
+    """Return the wall time of one run of the engine on free cores [s]."""
     return START + steps * step_time(case, ranks) * rates.correction(case)
 
 
 def wall_time(case: Case, ranks: int, rates: Rates = BUILT_IN) -> float:
-    """Wall time of a case on free cores, settling included [s].
+    """Return the wall time of a case on free cores, settling included [s].
 
     Args:
         ranks: MPI ranks, one core each; a single ball runs on one.
@@ -121,13 +121,13 @@ def wall_time(case: Case, ranks: int, rates: Rates = BUILT_IN) -> float:
 
 
 def memory_mb(case: Case, ranks: int) -> int:
-    """Memory a case needs [MB]: of the engine, or of the analysis where that is more."""
+    """Return the memory that a case needs [MB], in the engine or in the analysis."""
     balls = case.ball.count * ghost_factor(case, ranks)
     return math.ceil(STAGES_MB + RANK_MB * ranks + BALL_MB * balls)
 
 
 def learned(folders: Iterable[Path], cpu: str) -> Rates:
-    """Rates of the runs that lie in these case folders and were made on such a processor.
+    """Return the rates of the runs in these case folders that this processor made.
 
     What cannot be read counts for nothing: a prediction must not stop a run.
     """
@@ -145,7 +145,7 @@ def learned(folders: Iterable[Path], cpu: str) -> Rates:
 
 
 def _ratio(case: Case, timing: Mapping[str, Any]) -> float:
-    """Measured over predicted time of a particle-step."""
+    """Return the measured over predicted time of a particle-step."""
     ranks, rate = int(timing["ranks"]), float(timing["particle_steps_per_s_core"])
     ratio = case.ball.count / (step_time(case, ranks) * ranks * rate)
     if not 0.0 < ratio < math.inf:

@@ -1,4 +1,4 @@
-"""What of the decks a scene needs: decided here alone, for a stated reason, term by term.
+"""Terms of the decks that a scene needs, each with the reason.
 
 The switches go through case.json into parameters.in; the plan and case.json say the same in words.
 """
@@ -38,7 +38,7 @@ class Term:
 
 
 def terms_of(campaign: Campaign, model: Model) -> list[Term]:
-    """The terms of a model's decks that depend on the scene."""
+    """Return the terms of a model's decks that depend on the scene."""
     single = model.study.kind == "single-ball"
     pair = Term(
         "pair",
@@ -64,7 +64,7 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
 
 
 def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> Deck:
-    """The part `deck` of a case.json: value of each switch, who evaluates contacts and how.
+    """Return the part `deck` of a case.json: the switches and the contact options.
 
     Keys that a case does not need are left out, so that cases made before they existed keep their
     digest.
@@ -107,7 +107,7 @@ def _rolling(campaign: Campaign, pair: str) -> Term:
 
 
 def _history(campaign: Campaign, pair: str) -> Term:
-    """Both tangential models are among the engine's precompiled combinations, with cdt and off."""
+    """Return the term of the tangential model; the engine has both models precompiled."""
     coefficient = getattr(campaign.material, f"static_friction_{pair}")
     needed, reason = coefficient > 0.0, "no slip until mu F_n; sets lift and detachment"
     if not needed:

@@ -15,13 +15,14 @@ MOST_DECK_BYTES = 1 << 20
 
 
 def template_folder() -> Path:
-    """Where the decks are: in the package when installed, at the top of the sources otherwise."""
+    """Return where the decks are: in the package when installed, at the top of the sources
+    otherwise."""
     installed = Path(__file__).parents[1] / "templates"
     return installed if installed.is_dir() else Path(__file__).parents[3] / "templates"
 
 
 def deck_text(path: Path) -> str:
-    """Text of a deck.
+    """Return the text of a deck.
 
     Raises:
         RunFolderError: not a text of a few pages.
@@ -32,7 +33,7 @@ def deck_text(path: Path) -> str:
 
 
 def with_included(decks: tuple[str, ...], folder: Path) -> list[str]:
-    """The decks and every file they include, themselves or through others; no parameters.in.
+    """Return the decks and every file they include, themselves or through others; no parameters.in.
 
     A name with a variable, liner_${wall}.in, stands for every file it can become.
     """

@@ -1,4 +1,4 @@
-"""What the engine would refuse, or could not run as meant, found before anything is written."""
+"""Checks that find what the engine would refuse or run wrongly, before anything is written."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LEAST_ROTATION = 10.5
 
 
 def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
-    """Warnings about a model, in words.
+    """Return the warnings about a model, in words.
 
     Raises:
         CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall.
@@ -43,8 +43,7 @@ def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
 
 
 def _grooves(campaign: Campaign, model: Model) -> list[str]:
-    """`fix wall/mill` finds at most three contacts of a ball, those of one groove; on a mesh a ball
-    that is too wide for it lies on two lifters."""
+    """Refuse balls that are too wide for the grooves; with a mesh wall, warn of them."""
     liner = model.liner
     if liner.sectors == 1:
         return []
@@ -68,7 +67,7 @@ def _grooves(campaign: Campaign, model: Model) -> list[str]:
 
 
 def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
-    """Largest S, rounded down to three decimals, at which balls fit the grooves; 0 if none does."""
+    """Return the largest S at which balls fit the grooves, to three decimals; 0 if none does."""
 
     def fits(S: float) -> bool:
         try:
@@ -86,7 +85,7 @@ def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
 
 
 def _softness(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
-    """Overlaps at rest and in the fastest impact, over the ball radius."""
+    """Return the overlaps at rest and in the fastest impact, over the ball radius."""
     radius = campaign.ball.radius
     at_rest = limits.overlap / radius
     stiffer = _rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
@@ -114,7 +113,7 @@ def _softness(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
 
 
 def _check_settling(campaign: Campaign, model: Model) -> None:
-    """In the time of settling a ball must fall by its own radius at least."""
+    """Refuse a settling in which a ball falls by less than its own radius."""
     radius, gravity = campaign.ball.radius, model.scaled.mill.gravity
     to_model = model.scaled.base.time
     time = model.study.wait * to_model
@@ -158,13 +157,13 @@ def _short(model: Model) -> list[str]:
 
 
 def _rounded_up(value: float) -> float:
-    """A positive number to two digits, not below it."""
+    """Return a positive number to two digits, not below it."""
     power = 10.0 ** (math.floor(math.log10(value)) - 1)
     return math.ceil(value / power - 1e-9) * power
 
 
 def _largest_radius(campaign: Campaign, model: Model) -> float:
-    """Of the balls of a model [m]."""
+    """Return the largest ball radius of a scaled mill [m]."""
     ball = campaign.ball
     return ball.radius + (
         0.0 if model.study.kind == "single-ball" else ball.radius_std * ball.truncation

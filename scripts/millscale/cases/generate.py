@@ -91,8 +91,10 @@ def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:
 
 
 def _owner(cases: list[Case], runs: Path) -> dict[str, Any] | None:
-    """Name, physical mill and digest of the campaign file that a runs folder was made for; of a
-    folder without campaign.json, those of its first case. None for a new folder."""
+    """Return name, physical mill and digest of the campaign file of a runs folder.
+
+    Without campaign.json they are taken from its first case. None for a new folder.
+    """
     if (runs / CAMPAIGN_FILE).exists():
         summary = read_summary(runs)
         physical = summary.get("physical")
@@ -107,7 +109,7 @@ def _owner(cases: list[Case], runs: Path) -> dict[str, Any] | None:
 
 
 def read_summary(runs: Path) -> dict[str, Any]:
-    """Content of the campaign.json of a runs folder: a name, and ids that are plain names.
+    """Return the content of campaign.json, whose ids are names that stay in their folder.
 
     Raises:
         CampaignError: the folder holds no generated campaign.
@@ -131,7 +133,7 @@ def read_summary(runs: Path) -> dict[str, Any]:
 
 
 def changed_cases(cases: list[Case], runs: str | Path) -> set[str]:
-    """Ids of the cases that `generate` would write, new ones included."""
+    """Return the ids of the cases that `generate` would write, new ones included."""
     folder = Path(runs) / CASES_FOLDER
     return {case.id for case in cases if _digest_of(folder / case.id / CASE_FILE) != case.digest}
 
@@ -152,7 +154,8 @@ def _summary(campaign: Campaign, cases: list[Case]) -> dict[str, Any]:
 
 
 def _digest_of(path: Path) -> str | None:
-    """Digest of a case.json's content as it stands, so that an edited file counts as changed."""
+    """Return the digest of a case.json's content as it stands, so that an edited file counts as
+    changed."""
     document = _document(path)
     return case_digest(document) if document else None
 

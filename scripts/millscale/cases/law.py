@@ -45,13 +45,13 @@ class Model:
 
 
 def physical_mill(campaign: Campaign) -> _core.OperatingPoint:
-    """Operating point of the physical mill."""
+    """Return the operating point of the physical mill."""
     mill = campaign.mill
     return _core.OperatingPoint(mill.radius, campaign.ball.radius, mill.gravity, mill.omega)
 
 
 def physical_liner(campaign: Campaign) -> _core.Profile:
-    """Liner of the physical mill.
+    """Return the liner of the physical mill.
 
     Raises:
         CampaignError: no such liner exists.
@@ -63,7 +63,7 @@ def physical_liner(campaign: Campaign) -> _core.Profile:
 
 
 def scaled_liner(campaign: Campaign, policy: str, S: float) -> _core.Profile:
-    """Liner of a scaled mill.
+    """Return the liner of a scaled mill.
 
     Raises:
         CampaignError: the physical mill has no liner.
@@ -76,7 +76,7 @@ def scaled_liner(campaign: Campaign, policy: str, S: float) -> _core.Profile:
 
 
 def models_of(campaign: Campaign, study: Study) -> list[Model]:
-    """The models of a study by policy, scheme and S, in the law's order of names.
+    """Return the scaled mills of a campaign part by policy, scheme and S.
 
     At S = 1 every policy is the physical mill itself: it is kept once per scheme, under `paper` (or
     the first policy asked for), and is the reference of all of them.
@@ -138,7 +138,7 @@ def _time_factor(campaign: Campaign, S: float) -> float:
 
 
 def _check_length(campaign: Campaign, S: float, length: float) -> None:
-    """The piece of mill must be longer than a ball, or a ball would touch its periodic image."""
+    """Refuse a simulated length in which a ball would touch its periodic image."""
     largest = campaign.ball.radius + campaign.ball.radius_std * campaign.ball.truncation
     if length < 2.0 * largest:
         raise CampaignError(

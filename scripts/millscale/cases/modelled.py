@@ -128,7 +128,7 @@ def _slice(campaign: Campaign, model: Model) -> str:
 
 
 def _drag(campaign: Campaign) -> str:
-    """Drag of a ball over its weight at the speed of impact in the physical mill."""
+    """Return the drag of a ball over its weight at the speed of impact in the physical mill."""
     ball = campaign.ball
     speed = impact_speed(physical_mill(campaign))
     drag = 0.5 * AIR_DENSITY * speed**2 * DRAG_COEFFICIENT * math.pi * ball.radius**2

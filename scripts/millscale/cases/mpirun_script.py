@@ -49,7 +49,7 @@ echo "mpirun.sh: done, series.csv is complete"
 
 
 def script_text(case: Case, ranks: int) -> str:
-    """mpirun.sh of a case, a POSIX shell script.
+    """Return mpirun.sh of a case, a POSIX shell script.
 
     Args:
         ranks: MPI ranks, if the environment of the script does not name others.
@@ -83,7 +83,7 @@ def _line(stage: Stage, ranks: int) -> list[str]:
 
 
 def _shell_line(stage: Stage, ranks: int) -> str:
-    """The same line with what the script's user may choose."""
+    """Return the line with shell variables for what the user of the script may choose."""
     words = _line(stage, ranks)
     words[words.index("-np") + 1] = '"$ranks"'
     at = words.index(ENGINE)

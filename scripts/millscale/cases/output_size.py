@@ -1,4 +1,4 @@
-"""How much disk a case takes, from what is asked of it, and whether the disk has it."""
+"""Disk that a case takes, predicted from its output intervals, and a check of the free space."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SPARE = 100_000_000
 
 
 def output_bytes(case: Case) -> int:
-    """The most that a case folder, and its bed in DIR/settled, should take [bytes]."""
+    """Return the upper limit of the disk that a case and its settled bed take [bytes]."""
     kind, balls, time, output = case.kind, case.ball.count, case.time, case.output
     rows = time.steps // output.sample_steps + 2
     lines = (time.settle_steps + time.steps) // output.thermo_steps + 10
@@ -88,7 +88,7 @@ def check_disk(runs: Path, cases: Sequence[Case], done: Sequence[bool]) -> None:
 
 
 def size_text(size: float) -> str:
-    """A size for people: 12 kB, 3.4 MB, 1.2 GB."""
+    """Return a size for people: 12 kB, 3.4 MB, 1.2 GB."""
     for unit, factor in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
         if size >= factor:
             value = size / factor

@@ -69,7 +69,7 @@ def write_parameters(case: Case, folder: Path) -> None:
 
 
 def parameters_text(case: Case) -> str:
-    """parameters.in of a case.
+    """Return parameters.in of a case.
 
     Variables are of style string: the engine prints other styles with 15 digits, which would not
     bring a number back exactly.
@@ -98,7 +98,7 @@ def _liner_shape(mill: Mill) -> str:
 
 
 def _mesh(wall: Wall) -> dict[str, float | str | None]:
-    """What an analytic wall does without."""
+    """Return the variables of a mesh wall; none for an analytic wall."""
     if wall.kind != "mesh":
         return {}
     return {"curvature_deg": wall.curvature_deg, "liner_file": LINER_FILE}

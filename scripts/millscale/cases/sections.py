@@ -43,7 +43,7 @@ MOST_BALLS = 10_000_000
 
 
 def physical_part(campaign: Campaign) -> PhysicalMill:
-    """The physical mill."""
+    """Return the physical mill."""
     mill = campaign.mill
     return PhysicalMill(
         radius_m=mill.radius,
@@ -56,7 +56,7 @@ def physical_part(campaign: Campaign) -> PhysicalMill:
 
 
 def mill_part(model: Model) -> Mill:
-    """The scaled mill, its operating point and the numbers that follow from it."""
+    """Return the scaled mill, its operating point and the numbers that follow from it."""
     mill, froude = model.scaled.mill, model.scaled.froude
     critical = _core.critical_speed(mill)
     return Mill(
@@ -78,7 +78,7 @@ def mill_part(model: Model) -> Mill:
 
 
 def factors_part(model: Model) -> Factors:
-    """Factors scaled / physical of the law."""
+    """Return the factors scaled / physical of the law."""
     base = model.scaled.base
     return Factors(
         length=base.length,
@@ -90,7 +90,7 @@ def factors_part(model: Model) -> Factors:
 
 
 def groups_part(campaign: Campaign, model: Model) -> Groups:
-    """Ratios to the ball size: what no policy can keep, to be looked at for every S."""
+    """Return ratios to the ball size, which no policy keeps."""
     diameter, liner = 2.0 * campaign.ball.radius, liner_keys(model.liner)
     return Groups(
         ball_radius_over_mill_radius=0.5 * diameter / model.liner.radius,
@@ -122,7 +122,7 @@ def ball_part(campaign: Campaign, model: Model) -> Balls:
 
 
 def start_position(model: Model, ball_radius: float, error: float) -> tuple[float, float, float]:
-    """Centre of a ball at rest under the axis, in the middle of the length: [x, y, z] [m].
+    """Return the centre (x, y, z) [m] of a ball at rest under the axis, at half the length.
 
     It lies on whatever panel is at the bottom: of the groove, or with another phase of a lifter.
     """
@@ -131,7 +131,7 @@ def start_position(model: Model, ball_radius: float, error: float) -> tuple[floa
 
 
 def ball_count(campaign: Campaign, model: Model) -> int:
-    """Balls in the simulated length."""
+    """Return the balls in the simulated length."""
     charge = model.study.charge
     if charge is None:
         return 1
@@ -154,7 +154,7 @@ def ball_count(campaign: Campaign, model: Model) -> int:
 
 
 def material_part(campaign: Campaign, model: Model) -> Material:
-    """Elastic constants of this model and coefficients of the contact law."""
+    """Return the elastic constants of this model and coefficients of the contact law."""
     material = campaign.material
     return Material(
         youngs_modulus_pa=model.youngs_modulus,
@@ -171,7 +171,7 @@ def material_part(campaign: Campaign, model: Model) -> Material:
 
 
 def time_part(campaign: Campaign, model: Model, step: Step) -> Times:
-    """Time step, its limits, and the times of the case; equal mill angles in every model.
+    """Return the time step, its limits, and the times; mill angles are equal in every model.
 
     `steps` and `duration_s` are those of the run that turns the mill: rest and rotation of a single
     ball, rotation of a charge, whose settling is a run of its own.
@@ -216,7 +216,7 @@ def time_part(campaign: Campaign, model: Model, step: Step) -> Times:
 
 
 def output_part(study: Study, model: Model, time: Times) -> Output:
-    """Steps between outputs, from mill angles; `thermo_steps` feeds the progress display.
+    """Return the steps between outputs, from mill angles; the progress uses `thermo_steps`.
 
     Lines of the engine's log are at steps of the series, so that the two can be compared.
     """
@@ -251,7 +251,7 @@ def charge_part(
 
 
 def domain_part(campaign: Campaign, model: Model) -> Domain:
-    """The engine's box around the mill and its neighbour skin."""
+    """Return the engine's box around the mill and its neighbour skin."""
     ball = campaign.ball
     largest = ball.radius + ball.radius_std * ball.truncation
     single = model.study.kind == "single-ball"

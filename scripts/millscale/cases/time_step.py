@@ -47,7 +47,7 @@ class Limits:
     overlap: float
 
     def advised(self, kind: str) -> tuple[float, str]:
-        """Advised step [s] to two digits, rounded down, and the limit that binds."""
+        """Return the advised step [s] to two digits, rounded down, and the limit that binds."""
         n = STEPS_PER_CONTACT[kind]
         candidates = {
             f"{RAYLEIGH_ADVISED:.0%} of the Rayleigh time": RAYLEIGH_ADVISED * self.rayleigh,
@@ -76,7 +76,7 @@ class Step:
 
 
 def impact_speed(mill: _core.OperatingPoint) -> float:
-    """Speed of a ball thrown from the centre path R - a when it meets that path again [m/s].
+    """Return the speed [m/s] at which a ball thrown from the path R - a reaches it again.
 
     V sqrt(1 + 8 sin^2 phi) with V = omega (R - a) and cos phi = omega^2 (R - a) / g; a
     centrifuging mill throws nothing, its balls run at V. Point contact, no friction; derived in
@@ -88,7 +88,7 @@ def impact_speed(mill: _core.OperatingPoint) -> float:
 
 
 def limits_of(campaign: Campaign, model: Model) -> Limits:
-    """Time-step limits of a model, with its own stiffness, gravity and speed."""
+    """Return the time-step limits of a model, with its own stiffness, gravity and speed."""
     ball, mill = campaign.ball, model.scaled.mill
     material = _core.Material(model.youngs_modulus, campaign.material.poisson_ratio, ball.density)
     single = model.study.kind == "single-ball"
@@ -116,7 +116,7 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
 
 
 def steps_of(campaign: Campaign, models: list[Model]) -> list[Step]:
-    """Time steps of the models of one study, in their order.
+    """Return time steps of the models of one study, in their order.
 
     With fixed stiffness every model takes the same step; with overlap-matched stiffness contact
     times scale with 1 / velocity factor, and the step with them.

@@ -22,7 +22,7 @@ MOST_TRIANGLES = 2_000_000
 
 
 def wall_part(campaign: Campaign, model: Model) -> Wall:
-    """The part `wall` of a case.json.
+    """Return the part `wall` of a case.json.
 
     Of an analytic wall the triangles are for looking only: the engine sees none, so none is too
     slender, and there is no `curvature_deg`.
@@ -57,7 +57,8 @@ def wall_part(campaign: Campaign, model: Model) -> Wall:
 
 
 def _divisions(campaign: Campaign, model: Model, profile: np.ndarray, kinds: np.ndarray) -> int:
-    """Panels along the axis of a mesh that the engine reads: as given, or the fewest it takes."""
+    """Return the panels along the axis of a mesh that the engine reads: as given, or the fewest it
+    takes."""
     length, given = model.simulated_length, campaign.wall.axial_divisions
     if given is not None and fits(*panel_range_deg(profile, kinds, length / given)):
         return given
@@ -94,7 +95,7 @@ def shape_of(liner: _core.Profile) -> Shape:
 # Schemes share their liners, and large campaigns have thousands.
 @lru_cache(maxsize=1 << 16)
 def resting_height(shape: Shape, error: float, clear: float) -> float:
-    """Height at which a disc let down from the axis stops on the panels of a liner [m].
+    """Return the height at which a disc let down from the axis stops on the panels of a liner [m].
 
     Args:
         error: largest gap between arcs and panels [m].
@@ -105,19 +106,20 @@ def resting_height(shape: Shape, error: float, clear: float) -> float:
 
 @lru_cache(maxsize=256)
 def _panels(shape: Shape, error: float) -> tuple[np.ndarray, np.ndarray]:
-    """Polygon of a liner, (n, 2) float [m], and the face of each edge, (n,) int."""
+    """Return the polygon of a liner, (n, 2) float [m], and the face of each edge, (n,) int."""
     return _core.Profile(list(shape.nodes), shape.sectors, shape.phase).polygon(error)
 
 
 def chord_error(campaign: Campaign, model: Model) -> float:
-    """Largest gap between arcs and panels [m]; it shrinks with the mill, so meshes are similar."""
+    """Return the largest gap between arcs and panels [m]; it shrinks with the mill, so meshes are
+    similar."""
     if campaign.wall.chord_error is None:
         return default_chord_error(campaign.ball.radius, model.S)
     return campaign.wall.chord_error / model.S
 
 
 def panels_of(liner: _core.Profile, length: float, error: float, axial_divisions: int) -> LinerMesh:
-    """The triangles gmsh would make, without it: two for each panel and division.
+    """Return the triangles gmsh would make, without it: two for each panel and division.
 
     Args:
         length: of the liner along the axis [m].
@@ -137,7 +139,7 @@ def panels_of(liner: _core.Profile, length: float, error: float, axial_divisions
 
 @lru_cache(maxsize=64)
 def _strips(n: int, divisions: int) -> np.ndarray:
-    """Nodes of the triangles between rings of n nodes, (2 n divisions, 3) int; not to write to."""
+    """Return the triangles between rings of n nodes, (2 n divisions, 3) int, read-only."""
     one = np.arange(n)
     other = (one + 1) % n
     near = np.stack([one, one + n, other + n], axis=1)
@@ -149,7 +151,7 @@ def _strips(n: int, divisions: int) -> np.ndarray:
 
 
 def distance(nodes: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Distance of points from a closed polygon [m], (m,) float.
+    """Return the distance of points from a closed polygon [m], (m,) float.
 
     Args:
         nodes: (n, 2) float, the polygon [m].
@@ -164,7 +166,7 @@ def distance(nodes: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def first_contact_below(nodes: np.ndarray, clear: float) -> float:
-    """Height of the first point under the axis that is `clear` from a polygon [m].
+    """Return the height of the first point under the axis that is `clear` from a polygon [m].
 
     On the way down from (0, 0) a disc of that radius is stopped by a corner within reach of the
     vertical, at z + sqrt(clear^2 - x^2), or by an edge, `clear` above it along its normal; the

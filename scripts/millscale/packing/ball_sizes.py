@@ -10,7 +10,8 @@ from millscale.campaign.campaign import Ball
 
 
 def mean_volume(ball: Ball) -> float:
-    """Mean volume of a ball [m^3], 4/3 pi (a^3 + 3 a s^2), s^2 the variance of the cut normal.
+    """Return the mean volume of a ball [m^3], 4/3 pi (a^3 + 3 a s^2), s^2 the variance of the cut
+    normal.
 
     The cut is symmetric, so the third central moment vanishes. With t = `truncation`, f the density
     and F the distribution of the unit normal, s^2 = sigma^2 (1 - 2 t f(t) / (2 F(t) - 1)).
@@ -24,7 +25,7 @@ def mean_volume(ball: Ball) -> float:
 
 
 def draw_radii(ball: Ball, count: int, random: np.random.Generator) -> np.ndarray:
-    """(count,) float, ball radii [m]; all equal without a standard deviation.
+    """Return ball radii [m], (count,) float; all equal without a standard deviation.
 
     One radius is drawn from each of `count` equally likely ranges, in random order, so that even a
     few balls have the mean mass of the distribution.

@@ -36,7 +36,7 @@ CANDIDATES = 8
 
 
 def bed_record(path: Path, room: Room, gravity: float, meshed: bool = False) -> dict[str, Any]:
-    """What settled.json says of the bed in an engine's dump with the columns `COLUMNS`.
+    """Return the part of settled.json about the bed in a dump with the columns `COLUMNS`.
 
     Args:
         room: of the charge.
@@ -89,7 +89,7 @@ def _check_settled(held: float, speed: float, of_fall: float) -> None:
 
 
 def in_contact(room: Room, packing: Packing, panels: float, gap: float) -> np.ndarray:
-    """(n,) bool, whether balls come as near as a gap to another or to the liner.
+    """Return whether each ball is within a gap of another ball or the liner, (n,) bool.
 
     Args:
         panels: how much nearer than the liner its panels may be [m].
@@ -103,7 +103,8 @@ def in_contact(room: Room, packing: Packing, panels: float, gap: float) -> np.nd
 
 
 def read_bed(path: Path, length: float) -> tuple[Packing, np.ndarray]:
-    """The balls of a dump in a slice of a length [m], and their velocities, (n, 3) float [m/s].
+    """Return the balls of a dump in a slice of a length [m], and their velocities, (n, 3) float
+    [m/s].
 
     Raises:
         ValueError: the file is no dump with the columns `COLUMNS`.
@@ -120,7 +121,7 @@ def read_bed(path: Path, length: float) -> tuple[Packing, np.ndarray]:
 
 
 def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> float | None:
-    """Volume of balls over volume in the bulk of a bed; None if the bed is too thin to have one.
+    """Return the solid fraction in the bulk of a bed; None if the bed is too thin.
 
     The share of `POINTS` random points that lie in a ball, among points `MARGIN` mean diameters
     inside the liner and as far below the surface: the highest top of the balls within a diameter
@@ -149,7 +150,7 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
 
 
 def _surface(packing: Packing, low: float, high: float, width: float) -> np.ndarray:
-    """(n,) float, the highest top [m] of the balls in a column of x and its two neighbours."""
+    """Return the highest top [m] of the balls in a column of x and its neighbours, (n,) float."""
     top = np.full(int((high - low) / width) + 1, -np.inf)
     column = ((packing.centres[:, 0] - low) / width).astype(int)
     np.maximum.at(top, column, packing.centres[:, 2] + packing.radii)
@@ -158,7 +159,7 @@ def _surface(packing: Packing, low: float, high: float, width: float) -> np.ndar
 
 
 def _in_balls(tree: cKDTree, points: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """(m,) bool, whether points (m, 3) lie in one of the tree's balls."""
+    """Return whether points (m, 3) lie in one of the tree's balls, (m,) bool."""
     if len(points) == 0:
         return np.zeros(0, bool)
     nearest = 1 if np.ptp(radii) == 0.0 else min(CANDIDATES, len(radii))

@@ -74,7 +74,7 @@ def write_charge(case: Case, folder: Path) -> None:
 
 
 def room_of(case: Case) -> Room:
-    """Room for the charge of a case."""
+    """Return the room for the charge of a case."""
     return Room(liner_of(case.mill), case.mill.simulated_length_m, case.wall.chord_error_m)
 
 
@@ -114,14 +114,14 @@ def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Pac
 
 
 def capacity(room: Room, ball: Ball) -> int:
-    """Balls that `pack` finds a place for in any case: `SURE` of those expected in its loosest."""
+    """Return a number of balls that `pack` always finds places for."""
     largest = ball.radius + ball.radius_std * ball.truncation
     area = _free_area(room.liner, largest + room.gap)
     return int(SURE * FRACTIONS[-1] * area * room.length / mean_volume(ball))
 
 
 def _free_area(liner: _core.Profile, clear: float) -> float:
-    """Area of the cross-section farther than a distance [m] from the liner [m^2].
+    """Return the area of the cross-section farther than a distance [m] from the liner [m^2].
 
     That of the liner moved inward, which cuts corners at lifter edges a little; where the grooves
     close by that, of the points of a grid.
@@ -138,7 +138,7 @@ def _free_area(liner: _core.Profile, clear: float) -> float:
 def _block(
     room: Room, ball: Ball, count: int, random: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centres (n, 3) and radii (n,) of a random block, and its width in x and z [m]."""
+    """Return the centres (n, 3) and radii (n,) of a random block, and its width in x and z [m]."""
     volume = mean_volume(ball)
     narrowest = 2.0 * WIDTH * ball.radius
     for fraction in FRACTIONS:
@@ -155,7 +155,9 @@ def _block(
 
 
 def periodic_tree(packing: Packing) -> tuple[cKDTree, np.ndarray]:
-    """Tree of the centres, periodic along y, and the point (3,) [m] to take off positions first.
+    """Return a tree of the centres, periodic along y, and its origin, (3,) float [m].
+
+    The origin is subtracted from positions before a query.
 
     A tree is periodic in all axes or none: in x and z the period is put out of reach, for points up
     to a largest diameter outside the centres.
@@ -168,15 +170,18 @@ def periodic_tree(packing: Packing) -> tuple[cKDTree, np.ndarray]:
 
 
 def largest_overlap(packing: Packing) -> float:
-    """Largest overlap of two balls, also across the periodic ends [m]; 0 if none overlap."""
+    """Return the largest overlap of two balls [m], also across the periodic ends; at least 0."""
     if packing.length < 2.0 * packing.radii.max():
         return float(2.0 * packing.radii.max() - packing.length)
     return max(0.0, float(overlaps(packing)[1].max(initial=0.0)))
 
 
 def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of neighbours, (n, 2) int, and their overlaps [m], (n,) float, < 0 where they are
-    apart; all pairs up to a gap [m] apart are among them, also across the periodic ends."""
+    """Return pairs of neighbours, (n, 2) int, and their overlaps [m], (n,) float.
+
+    All pairs with a separation up to `gap` [m] are among them, also across the periodic ends. Their
+    overlap is negative.
+    """
     centres, radii = packing.centres, packing.radii
     tree, _ = periodic_tree(packing)
     pairs = tree.query_pairs(2.0 * radii.max() + gap, output_type="ndarray")

@@ -29,7 +29,7 @@ class Pairs:
 def random_block(
     radii: np.ndarray, sides: np.ndarray, random: np.random.Generator
 ) -> np.ndarray | None:
-    """Centres (n, 3) [m] of balls that do not overlap, also across the periodic sides.
+    """Return the centres (n, 3) [m] of balls that do not overlap, also across the periodic sides.
 
     Balls thrown at random are pushed apart along their lines of centres until none overlap: a
     random packing, without the rows and columns of a lattice.
@@ -58,7 +58,7 @@ def random_block(
 
 
 def wrapped(positions: np.ndarray, period: np.ndarray | float) -> np.ndarray:
-    """Positions in [0, period), also where rounding takes the remainder to the period."""
+    """Return positions in [0, period), also if rounding makes a remainder the period."""
     remainder = np.mod(positions, period)
     return np.where(remainder >= period, 0.0, remainder)
 
@@ -74,7 +74,8 @@ def _pairs(centres: np.ndarray, radii: np.ndarray, sides: np.ndarray, reach: flo
 
 
 def _pushes(pairs: Pairs, apart: np.ndarray, distance: np.ndarray, count: int) -> np.ndarray:
-    """Displacement of each ball, (count, 3) float [m]: half of every overlap, from both sides."""
+    """Return the displacement of each ball, (count, 3) float [m]: half of every overlap, from both
+    sides."""
     overlap = (1.0 + INFLATION) * pairs.touching - distance
     close = overlap > 0.0
     push = (0.5 * overlap[close] / distance[close])[:, None] * apart[close]

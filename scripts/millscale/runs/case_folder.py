@@ -39,7 +39,7 @@ class FinishedCase:
 
 
 def read_json(path: Path, made_by: str) -> dict[str, Any]:
-    """Content of a JSON object with a known schema.
+    """Return the content of a JSON object with a known schema.
 
     Args:
         made_by: the command that makes the file, for the error message.
@@ -59,12 +59,12 @@ def read_json(path: Path, made_by: str) -> dict[str, Any]:
 
 
 def load_timing(folder: Path) -> dict[str, Any]:
-    """The timing.json of a case folder."""
+    """Return the timing.json of a case folder."""
     return read_json(folder / TIMING, run_line(folder))
 
 
 def load_finished(folder: Path) -> FinishedCase:
-    """All JSON files of a finished case.
+    """Return all JSON files of a finished case.
 
     Raises:
         RunFolderError: one is missing or damaged, or was not made from this case.json.
@@ -80,7 +80,7 @@ def load_finished(folder: Path) -> FinishedCase:
 
 
 def finished_or_reason(folder: Path) -> FinishedCase | str:
-    """A finished case, or why it is none that can be used."""
+    """Return a finished case, or why it cannot be used."""
     if missing_products(folder):
         return why_missing(folder)
     try:
@@ -103,7 +103,7 @@ def check_current(folder: Path, case: Case, upto: str = "result") -> None:
 
 
 def case_folders(runs: Path) -> list[Path]:
-    """Folders of all generated cases, in the order of campaign.json.
+    """Return the folders of all generated cases, in the order of campaign.json.
 
     Raises:
         RunFolderError: no case there.
@@ -126,12 +126,12 @@ def case_folders(runs: Path) -> list[Path]:
 
 
 def missing_products(folder: Path) -> list[str]:
-    """Products without which a case is not finished, in the order in which they are made."""
+    """Return the missing products of an unfinished case, in the order of the stages."""
     return [name for name in (CASE, SERIES, TIMING, RESULT) if not (folder / name).exists()]
 
 
 def why_missing(folder: Path) -> str:
-    """Why a case is not finished: what its last stage failed of, or which products it has not."""
+    """Return why a case is not finished: the failure of its last stage, or missing products."""
     absent = missing_products(folder)
     try:
         record = read_json(folder / STAGE, "")
@@ -150,5 +150,5 @@ def run_line(folder: Path) -> str:
 
 
 def verify_line(runs: Path) -> str:
-    """The command that finds damaged files of a runs folder."""
+    """Return the command that finds damaged files of a runs folder."""
     return shlex.join(["millscale", "verify", str(runs)])

@@ -1,4 +1,4 @@
-"""Whether the products of a case are those of its case.json: digests decide, dates do not.
+"""Checks whether the products of a case are those of its case.json, by digests, not by dates.
 
 A stage is done if provenance.json has its record, its products have the digests recorded there, and
 so have its inputs. Decks may be edited by hand: the stage that wrote them stays done, the stages
@@ -19,7 +19,7 @@ from millscale.runs.untrusted import RunFolderError, read_object
 
 
 def unfinished(folder: Path, kind: str, case_changed: bool = False) -> list[tuple[Stage, str]]:
-    """The stages that have to run, in order, each with the reason.
+    """Return the stages that have to run, in order, each with the reason.
 
     Args:
         folder: the case folder; need not exist.
@@ -37,7 +37,7 @@ def unfinished(folder: Path, kind: str, case_changed: bool = False) -> list[tupl
 
 
 def why_stale(folder: Path, kind: str, upto: str = "result") -> str:
-    """Why products that are there must not be used as those of this case.json; empty if they may.
+    """Return why products were not made from this case.json; empty if they were.
 
     A product that was removed since, such as a large restart file, counts as it was recorded.
 
@@ -54,8 +54,8 @@ def why_stale(folder: Path, kind: str, upto: str = "result") -> str:
 
 
 def is_as_made(folder: Path, name: str) -> bool:
-    """Whether a file that accompanies the products of a stage, such as a dump, is the one that the
-    stage made; true if nothing of its folder is recorded."""
+    """Return whether a file that accompanies the products of a stage, such as a dump, is the one
+    that the stage made; true if nothing of its folder is recorded."""
     products = [record["products"] for record in read_provenance(folder).values()]
     digest = next((x[name] for x in products if name in x), None)
     if digest is None:
@@ -73,11 +73,11 @@ class _Made:
         self._stages = read_provenance(folder)
 
     def digest(self, name: str) -> str | None:
-        """Digest of a file; None if it is not there."""
+        """Return the digest of a file; None if it is not there."""
         return self._digests.of(name)
 
     def reason(self, stage: Stage) -> str:
-        """Why a stage is not done, as far as its files are there; empty if it is."""
+        """Return why a stage is not done, as far as its files are there; empty if it is."""
         record = self._stages.get(stage.name)
         if record is None:
             return f"stage {stage.name} has no record in provenance.json"
@@ -98,12 +98,12 @@ class _Made:
         return ""
 
     def _recorded(self, name: str) -> str | None:
-        """Digest of a file when it was made."""
+        """Return the digest of a file when it was made."""
         makers = (x["products"] for x in self._stages.values())
         return next((products[name] for products in makers if name in products), None)
 
     def _is_case_of(self, record: Mapping[str, Any]) -> bool:
-        """Whether case.json differs from the one that was read only in what is said in it."""
+        """Return whether case.json differs from the one that was read only in keys that inform."""
         try:
             case = read_object(self._folder / CASE_FILE, "")
         except RunFolderError:

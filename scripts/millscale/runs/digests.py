@@ -1,4 +1,4 @@
-"""SHA-256 of the files of a folder, taken anew only where a file may have changed.
+"""SHA-256 of the files of a folder, computed again only if a file may have changed.
 
 A digest is known by size, times and inode of its file. Whoever replaces or edits a file changes one
 of them, and a copy has another inode, so what is known is never used for another content: the inode
@@ -34,7 +34,7 @@ _KNOWN: dict[str, dict[str, tuple[_State, str]]] = {}
 
 
 def digest_of(path: Path, follow: bool = False) -> str:
-    """SHA-256 of a regular file, in hexadecimal; `follow` as in `open_regular`."""
+    """Return the SHA-256 of a regular file, in hexadecimal; `follow` as in `open_regular`."""
     with open_regular(path, follow) as file:
         if os.fstat(file.fileno()).st_size > MOST_BYTES:
             raise OSError(errno.EFBIG, f"larger than {MOST_BYTES} bytes", str(path))
@@ -52,7 +52,7 @@ def json_digest(content: Any) -> str:
 
 
 def files_of(folder: Path, names: Iterable[str]) -> Iterator[str]:
-    """The names that are files, and the files in those that are folders; links are left out."""
+    """Yield the names that are files, and the files in folders of the other names; no links."""
     for name in sorted(names):
         path = folder / name
         if path.is_symlink():
@@ -74,7 +74,7 @@ class Digests:
         self._known = _KNOWN[place]
 
     def of(self, name: str) -> str | None:
-        """SHA-256 of a regular file of the folder; None if there is none."""
+        """Return the SHA-256 of a regular file of the folder; None if there is none."""
         path = self.folder / name
         try:
             before = path.lstat()
@@ -121,7 +121,7 @@ def _state(found: os.stat_result) -> _State:
 
 
 def _read_cache(folder: Path) -> dict[str, tuple[_State, str]]:
-    """What an earlier command kept; empty if that cannot be read."""
+    """Return the digests that an earlier command kept; none if they cannot be read."""
     path = folder / CACHE_FILE
     try:
         rows = read_object(path, "")

@@ -40,7 +40,7 @@ class Dump:
 
 
 def dump_files(folder: Path) -> dict[int, Path]:
-    """The dumps of a case folder by step, in order of step."""
+    """Return the dumps of a case folder by step, in order of step."""
     by_step = {}
     for path in (folder / "dump").glob("charge.*.liggghts"):
         if step := _NAME.fullmatch(path.name):
@@ -49,7 +49,7 @@ def dump_files(folder: Path) -> dict[int, Path]:
 
 
 def required_dumps(folder: Path) -> dict[int, Path]:
-    """`dump_files` of a folder that must have some.
+    """Return `dump_files` of a folder that must have some.
 
     Raises:
         RunFolderError: no dumps.
@@ -65,7 +65,7 @@ def required_dumps(folder: Path) -> dict[int, Path]:
 
 
 def read_dump(path: Path) -> Dump:
-    """One dump file.
+    """Return the balls of one dump file.
 
     Raises:
         RunFolderError: missing, cut short, not as it was made, no dump, or without the columns id,
@@ -119,7 +119,7 @@ def _check(path: Path, dump: Dump) -> None:
 
 
 def _rows(path: Path, body: str, count: int, columns: int) -> np.ndarray:
-    """(count, columns) float, from one line a ball.
+    """Return the columns of the balls, (count, columns) float.
 
     All numbers are parsed in one call, in half the time of splitting the lines or less: the
     physical mill has 231,461 balls a dump, about a second.

@@ -72,5 +72,5 @@ STAGES: dict[str, tuple[Stage, ...]] = {
 
 
 def stage_of(kind: str, name: str) -> Stage:
-    """The stage of that name for a kind of case; KeyError if it has none."""
+    """Return the stage of that name for a kind of case; KeyError if it has none."""
     return {stage.name: stage for stage in STAGES[kind]}[name]

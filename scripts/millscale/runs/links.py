@@ -1,7 +1,7 @@
 """Refuses runs folders with links that lead out of them, and with pipes and devices.
 
-A link in a folder that came from somewhere else would let a stage, or the engine, overwrite any
-file. So whoever writes into a folder checks all of it first.
+In a folder from elsewhere, a link could make a stage or the engine overwrite any file. A folder is
+therefore checked as a whole before anything is written into it.
 """
 
 from __future__ import annotations

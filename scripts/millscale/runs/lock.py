@@ -1,4 +1,4 @@
-"""One run at a time in a folder: the kernel drops the lock when the last process with it ends."""
+"""Lock of a folder, one run at a time. The kernel drops it when the last holder ends."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _ENDING_S = 20.0
 def hold(folder: Path, wait: bool = False) -> Iterator[int]:
     """Hold the lock of a folder, made if it does not exist; yields the file descriptor.
 
-    Who finds it held gets an error, or waits. What a holder that was killed has left running is
-    given some seconds to end. A folder that leads outside is refused.
+    If the lock is held, raise an error, or wait. Children of a holder that was killed get some
+    seconds to end. Taking the lock also checks that no link leaves the runs folder.
 
     A child that inherits the descriptor keeps the lock until it ends too: so an engine that
     outlives its stage, or a workflow that outlives its command, still keeps others out.
@@ -69,7 +69,7 @@ def _take(descriptor: int, folder: Path, wait: bool) -> None:
 
 
 def _free(descriptor: int, wait: bool) -> bool:
-    """Whether the lock could be taken."""
+    """Return whether the lock could be taken."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         return True
@@ -78,7 +78,7 @@ def _free(descriptor: int, wait: bool) -> bool:
 
 
 def is_gone(holder: str) -> bool:
-    """Whether the process that took the lock has ended, so that only its children hold it."""
+    """Return whether the process that took the lock has ended; its children may still hold it."""
     match = _HOLDER.match(holder)
     if not match or match[2] != socket.gethostname():
         return False

@@ -24,8 +24,8 @@ _LAST: dict[str, tuple[Any, dict[str, Any]]] = {}
 
 
 def read_provenance(folder: Path) -> dict[str, Any]:
-    """Stage name -> what provenance.json says of it; empty if there is none that can be read. To be
-    read, not changed."""
+    """Return Stage name -> what provenance.json says of it; empty if there is none that can be
+    read. To be read, not changed."""
     path = folder / PROVENANCE_FILE
     place, state = os.path.abspath(path), rested_state(path)  # noqa: PTH100
     if place not in _LAST or state is None or _LAST[place][0] != state:
@@ -46,7 +46,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _fits(stage: Any) -> bool:
-    """Whether digests of files inside the folder are there."""
+    """Return whether digests of files inside the folder are there."""
     parts = [stage["inputs"], stage["products"]]
     return all(
         isinstance(digest, str)

@@ -59,7 +59,7 @@ _REMEDY = "run the case again: millscale run FILE --runs DIR --only ID"
 
 
 def read_series(path: Path, kind: str) -> Series:
-    """Columns of a series.csv by name, each (n,) float.
+    """Return the columns of a series.csv by name, each (n,) float.
 
     Args:
         kind: single-ball or multi-ball, as in case.json; or ledger, for a ledger.csv.
@@ -87,7 +87,7 @@ def read_series(path: Path, kind: str) -> Series:
 
 
 def _rows(path: Path, lines: list[str], columns: int) -> np.ndarray:
-    """(n, columns) float."""
+    """Return the rows as an array, (n, columns) float."""
     if len(lines) < 2:
         raise RunFolderError(path, f"{len(lines)} rows, at least 2 are needed", _REMEDY)
     for number, line in enumerate(lines, start=2):

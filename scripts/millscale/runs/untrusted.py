@@ -87,7 +87,7 @@ def check_regular(path: Path, remedy: str) -> None:
 
 
 def read_bytes(path: Path, most: int, remedy: str, follow: bool = False) -> bytes:
-    """Content of a regular file of at most `most` bytes.
+    """Return the content of a regular file of at most `most` bytes.
 
     Raises:
         RunFolderError: missing, no regular file, or larger.
@@ -100,7 +100,7 @@ def read_bytes(path: Path, most: int, remedy: str, follow: bool = False) -> byte
 
 
 def read_text(path: Path, most: int, remedy: str, follow: bool = False) -> str:
-    """Text of a regular file of at most `most` bytes.
+    """Return the text of a regular file of at most `most` bytes.
 
     Raises:
         RunFolderError: missing, no regular file, larger, or not UTF-8.
@@ -114,7 +114,7 @@ def read_text(path: Path, most: int, remedy: str, follow: bool = False) -> str:
 
 
 def read_json(path: Path, remedy: str, most: int = MOST_JSON, follow: bool = False) -> Any:
-    """Content of a JSON file whose numbers are finite and whose nesting is bounded.
+    """Return the content of a JSON file whose numbers are finite and whose nesting is bounded.
 
     Raises:
         RunFolderError: as `read_text`, or not such JSON.
@@ -134,7 +134,7 @@ def read_json(path: Path, remedy: str, most: int = MOST_JSON, follow: bool = Fal
 
 
 def read_object(path: Path, remedy: str, most: int = MOST_JSON) -> dict[str, Any]:
-    """Content of a JSON file that holds an object; `read_json` otherwise."""
+    """Return the content of a JSON file that holds an object; `read_json` otherwise."""
     content = read_json(path, remedy, most)
     if not isinstance(content, dict):
         raise RunFolderError(path, "not a JSON object", remedy)
@@ -142,7 +142,7 @@ def read_object(path: Path, remedy: str, most: int = MOST_JSON) -> dict[str, Any
 
 
 def read_tail(path: Path, most: int) -> str:
-    """Last `most` bytes of a text file that may be growing; empty if there is none to read."""
+    """Return the last `most` bytes of a text file that may be growing; empty if unreadable."""
     try:
         with open_regular(path) as file:
             file.seek(max(0, os.fstat(file.fileno()).st_size - most))
@@ -152,7 +152,7 @@ def read_tail(path: Path, most: int) -> str:
 
 
 def read_head(path: Path, most: int) -> str:
-    """First `most` bytes of a text file that may be growing; empty if there is none to read."""
+    """Return the first `most` bytes of a text file that may be growing; empty if unreadable."""
     try:
         with open_regular(path) as file:
             return file.read(most).decode("utf-8", errors="replace")
@@ -178,7 +178,7 @@ def _no_constant(text: str) -> float:
 
 
 def _depth(content: Any) -> int:
-    """Levels of lists and objects in a JSON value; one more than `_DEEPEST` stands for any more."""
+    """Return the levels of lists and objects in a JSON value, at most `_DEEPEST` + 1."""
     level, depth = [content], 0
     while depth <= _DEEPEST:
         level = [x for x in level if isinstance(x, dict | list)]
@@ -206,5 +206,5 @@ def understood(path: Path, remedy: str) -> Iterator[None]:
 
 
 def is_id(value: Any) -> bool:
-    """Whether a value is a name that stays in its folder."""
+    """Return whether a value is a name that stays in its folder."""
     return isinstance(value, str) and re.match(ID, value) is not None
