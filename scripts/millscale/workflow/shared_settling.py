@@ -39,7 +39,6 @@ def settling_key(case: Case, folder: Path) -> str | None:
     """Return a hash of all that decides how a charge settles; None if parameters.in was edited.
 
     Args:
-        case: content of case.json.
         folder: case folder, with decks, charge.data and liner.stl.
     """
     if deck_text(folder / PARAMETERS_FILE) != parameters_text(case):
