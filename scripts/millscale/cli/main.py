@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from millscale import __version__
+from millscale.cli.advise import advise
 from millscale.cli.analyse import analyse
 from millscale.cli.bench import bench
 from millscale.cli.options import (
@@ -282,6 +283,7 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
 
 
 app.command()(study)
+app.command()(advise)
 app.command()(predict)
 app.add_typer(bench, name="bench")
 app.add_typer(analyse, name="analyse")

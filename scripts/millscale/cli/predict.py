@@ -32,6 +32,10 @@ def predict(
     to: Annotated[
         Path | None, typer.Option(metavar="JSON", help="Also write the prediction to this file.")
     ] = None,
+    errors_to: Annotated[
+        Path | None,
+        typer.Option("--errors", metavar="JSON", help="Also write the errors of the scaled mills."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Predict power, shape and energies of the physical mill from its finished scaled mills.
@@ -44,6 +48,7 @@ def predict(
     `millscale predict runs/slices --check --to prediction.json`
     """
     from millscale.engine.record import provenance
+    from millscale.prediction.error_model import learn
     from millscale.prediction.predict import predict as predict_mill
     from millscale.prediction.table import prediction_lines, prediction_table
     from millscale.runs.writing import write_json
@@ -54,6 +59,8 @@ def predict(
     content = provenance() | prediction.document()
     if to:
         write_json(to, content)
+    if errors_to:
+        write_json(errors_to, learn(prediction, provenance()).document())
     if as_json:
         typer.echo(json.dumps(content, indent=1))
         return

@@ -55,6 +55,7 @@ class PredictedNumber:
         observable: what it is.
         scale: the physical mill's unit over the dimensionless number.
         found: dimensionless; None if it is not extrapolated.
+        noise: of one run, dimensionless; None if it is not extrapolated.
         noise_from: "seeds", or "lifter pitches" of single runs.
         measured: in the scaled mills, by S.
         refused: why it is not extrapolated; empty if it is.
@@ -64,6 +65,7 @@ class PredictedNumber:
     observable: Observable
     scale: float
     found: Extrapolation | None
+    noise: Noise | None
     noise_from: str
     measured: tuple[ScaledValue, ...]
     refused: str
@@ -285,7 +287,9 @@ def _predicted(
     scale = observable.scale(mill)
     groups = _groups(observable.name, charges, values)
     measured = tuple(ScaledValue(g.S, scale * g.mean, len(g.values)) for g in groups)
-    number = PredictedNumber(observable, scale, None, "", measured, observable.not_extrapolated)
+    number = PredictedNumber(
+        observable, scale, None, None, "", measured, observable.not_extrapolated
+    )
     if observable.not_extrapolated:
         return number
     if len(groups) < 2:
@@ -297,7 +301,7 @@ def _predicted(
         found = extrapolate(groups, noise, level)
     except ExtrapolationError as error:
         return replace(number, refused=str(error))
-    number = replace(number, found=found, noise_from=noise_from)
+    number = replace(number, found=found, noise=noise, noise_from=noise_from)
     probability = found.residual_probability
     if probability is not None and probability < LEAST_RESIDUAL_PROBABILITY:
         reason = f"its values do not follow a power of S (probability {probability:.1g})"

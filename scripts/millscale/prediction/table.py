@@ -1,12 +1,14 @@
-"""A prediction as a table and lines for the terminal."""
+"""A prediction, and an advice, as a table and lines for the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 from rich.table import Table
 
-from millscale.formats import NONE, number
+from millscale.formats import NONE, duration, number
+from millscale.prediction.advise import Advice
 from millscale.prediction.predict import PredictedNumber, Prediction
 
 
@@ -52,6 +54,39 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
         yield f"not used: {name}: {why}"
     for warning in prediction.warnings:
         yield f"warning: {warning}"
+
+
+def advice_table(advice: Advice) -> Table:
+    """Return a row for the chosen design, then one for the best of each kind."""
+    names = list(advice.chosen.half_widths)
+    table = Table(title=f"Runs for an error of {100.0 * advice.error:g} %", title_justify="left")
+    for heading in ("", "runs", "time on one core", *names):
+        table.add_column(heading, justify="left" if heading in ("", "runs") else "right")
+    for kind, design in [("chosen", advice.chosen), *((x.name, x) for x in advice.cheapest)]:
+        widths = [f"{100.0 * design.half_widths[name]:.2f} %" for name in names]
+        table.add_row(kind, design.runs, duration(design.cost_s), *widths)
+    return table
+
+
+def advice_lines(advice: Advice, file: Path | None) -> Iterator[str]:
+    """Yield what stands below the table: whether the error is reached, where it comes from."""
+    if not advice.met:
+        reached = f"{100.0 * advice.chosen.worst:.2g} %"
+        within = f" in {duration(advice.budget_s)}" if advice.budget_s else ""
+        able = [design for design in advice.cheapest if design.worst <= advice.error]
+        cheapest = min(able, key=lambda design: design.cost_s, default=None)
+        needs = (
+            f"it takes {duration(cheapest.cost_s)}: {cheapest.runs}"
+            if cheapest
+            else "no design that was looked at reaches it"
+        )
+        yield f"not reached{within}: the chosen runs give {reached}; {needs}"
+    yield "columns: expected half width of the 95 % interval; of one scaled mill its error as well"
+    origin = advice.origin
+    learnt = ", ".join(str(origin[key]) for key in ("command", "date") if key in origin)
+    yield f"errors learnt from: {learnt}"
+    if file:
+        yield f"campaign: {file}; next: millscale run {file} --runs runs/{file.stem}"
 
 
 def _cells(row: PredictedNumber, ratios: list[float], checked: bool) -> list[str]:

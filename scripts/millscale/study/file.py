@@ -5,7 +5,6 @@ A setting is a campaign: the base file with the changes of [all] and then its ow
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +14,11 @@ from millscale.campaign.build import NAME, campaign_name, campaign_of
 from millscale.campaign.campaign import Campaign
 from millscale.campaign.keys import REQUIRED, SECTIONS, Key
 from millscale.campaign.reader import parse_toml, read_section, unknown_word
+from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.errors import CampaignError, nearest
 from millscale.runs.case_file import Case
 
-Tree = dict[str, Any]
 MOST_SETTINGS = 1000
 # A study compares shape and power of charges, which single balls do not have.
 LEFT_OUT = "single_ball"
@@ -178,17 +177,3 @@ def _section(path: Path, where: str, content: Any) -> Mapping[str, Any]:
     if not isinstance(content, Mapping):
         raise CampaignError(path, where, f"got {content!r:.60}", "keys, a line each")
     return content
-
-
-def toml_text(tree: Tree) -> str:
-    """Return a campaign, sections of plain values and lists, as TOML."""
-    sections = []
-    for name, content in tree.items():
-        lines = [f"{key} = {_value(value)}" for key, value in content.items()]
-        sections.append("\n".join([f"[{name}]", *lines]))
-    return "\n\n".join(sections) + "\n"
-
-
-def _value(value: Any) -> str:
-    """Return a value in JSON, which is also TOML for numbers, lists and printable text."""
-    return json.dumps(value, ensure_ascii=False)

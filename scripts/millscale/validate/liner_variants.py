@@ -12,10 +12,10 @@ from rich.console import Console
 
 from millscale.analysis.variants import markdown, variant_rows
 from millscale.campaign.reader import parse_toml
+from millscale.campaign.writer import Tree, toml_text
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError
 from millscale.runs.writing import write_text
-from millscale.study.file import Tree, toml_text
 from millscale.workflow.run_command import request, run_campaign
 
 RATIOS = (1.0, 2.6)
