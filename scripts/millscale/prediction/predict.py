@@ -12,6 +12,7 @@ from millscale.analysis.charge.measured import measure
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.errors import PredictionError
+from millscale.prediction.contour import PredictedContour, predict_contour
 from millscale.prediction.extrapolation import (
     SAME_S,
     Extrapolation,
@@ -28,6 +29,7 @@ from millscale.prediction.observables import (
     balls_per_length,
     physical_mill,
 )
+from millscale.runs.untrusted import RunFolderError
 
 SCHEMA = 1
 # Differences of the filling beyond this are differences of the mill [share].
@@ -114,6 +116,7 @@ class Prediction:
     """The physical mill and what is predicted of it.
 
     Attributes:
+        contour: the free surface; None if it is not extrapolated, which `contour_refused` explains.
         runs: charges used, by S, then seed.
         excluded: charges that were not used, and why, by id.
         warnings: what may mislead.
@@ -123,6 +126,8 @@ class Prediction:
     scheme: str
     policy: str
     numbers: tuple[PredictedNumber, ...]
+    contour: PredictedContour | None
+    contour_refused: str
     runs: tuple[Charge, ...]
     excluded: Mapping[str, str]
     warnings: tuple[str, ...]
@@ -135,6 +140,9 @@ class Prediction:
             "scheme": self.scheme,
             "policy": self.policy,
             "numbers": [number.document() for number in self.numbers],
+            "contour": self.contour
+            and self.contour.document(self.mill.radius - self.mill.ball_radius),
+            "contour_refused": self.contour_refused,
             "runs": [
                 {"campaign": x.campaign, "id": x.id, "S": x.S, "seed": x.seed} for x in self.runs
             ],
@@ -177,11 +185,20 @@ def predict(
     mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
     values = measure(wanted, []).numbers
     numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
+    left_out = [charge for charge in wanted if charge not in used]
     if leave_out_physical:
-        truth = [charge for charge in wanted if charge.case.is_physical]
-        numbers = [_with_check(number, truth, values) for number in numbers]
+        numbers = [_with_check(number, left_out, values) for number in numbers]
+    contour, refused = _contour(used, left_out, level)
     return Prediction(
-        mill, scheme, policy, tuple(numbers), tuple(used), excluded, tuple(_warnings(used))
+        mill=mill,
+        scheme=scheme,
+        policy=policy,
+        numbers=tuple(numbers),
+        contour=contour,
+        contour_refused=refused,
+        runs=tuple(used),
+        excluded=excluded,
+        warnings=tuple(_warnings(used)),
     )
 
 
@@ -344,6 +361,16 @@ def _noise(
         count = sum(charge.result.pitches - 1 for charge in charges)
         return Noise(math.sqrt(_mean(error**2 for error in known)), float(count)), "lifter pitches"
     return (pooled_noise(groups), "seeds") if freedom else (None, "")
+
+
+def _contour(
+    charges: Sequence[Charge], left_out: Sequence[Charge], level: float
+) -> tuple[PredictedContour | None, str]:
+    """Return the contour, or why there is none."""
+    try:
+        return predict_contour(charges, left_out, level), ""
+    except (ExtrapolationError, RunFolderError) as error:
+        return None, str(error)
 
 
 def _with_check(

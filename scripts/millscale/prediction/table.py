@@ -41,6 +41,20 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
     for row in prediction.numbers:
         if row.refused:
             yield f"not predicted: {row.observable.label}: {row.refused}"
+    if prediction.contour is None:
+        yield f"not predicted: surface contour: {prediction.contour_refused}"
+    else:
+        contour = prediction.contour
+        yield (
+            f"surface contour: {len(contour.points)} points, half width of the interval "
+            f"{100.0 * contour.half_widths.mean():.2f} % of R - a in the mean"
+        )
+        if contour.check and contour.nearest:
+            ours, theirs = (100.0 * pair[0] for pair in (contour.check, contour.nearest))
+            yield (
+                f"  distance from the contour of S = 1, left out: {ours:.2f} % of R - a; that of "
+                f"the smallest scaled S: {theirs:.2f} %"
+            )
     weights = next((row.found.weights for row in prediction.numbers if row.found), None)
     by_ratio: dict[str, int] = {}
     for charge in prediction.runs:

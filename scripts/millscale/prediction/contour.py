@@ -1,0 +1,214 @@
+"""The surface contour of the physical mill, extrapolated along the normals of a scaled mill's.
+
+Lengths are over R - a, so that similar mills coincide. A charge's contour is that of its mean solid
+fraction over all dumps of the steady window, inside the circle of the lifter tops. Along each
+normal of the mean contour at the smallest S the displacements of all contours are extrapolated to
+S = 1 as any other observable (`extrapolation`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from millscale.analysis.finished import Charge
+from millscale.analysis.shapes.comparison import curve_distances
+from millscale.analysis.shapes.contour import surface_contour
+from millscale.analysis.shapes.shape import contour_grid, snapshots_at, unit_length, wanted_angles
+from millscale.prediction.extrapolation import (
+    SAME_S,
+    ExtrapolationError,
+    Group,
+    Noise,
+    extrapolate,
+)
+from millscale.runs.dumps import read_dump
+from millscale.runs.untrusted import RunFolderError
+
+# Distance of neighbouring normals, and the farthest that contours lie apart, over R - a.
+SPACING, REACH = 0.02, 0.25
+# Corners of the circle of the lifter tops.
+_CORNERS = 720
+
+
+@dataclass(frozen=True)
+class PredictedContour:
+    """The free surface of the physical mill's bed; lengths over R - a.
+
+    Attributes:
+        points: (n, 2) float [x, z] on the surface.
+        half_widths: (n,) float, of the interval along the normal.
+        check: mean and largest distance from the contour of a physical mill that was left out.
+        nearest: the same of the smallest scaled S, for comparison.
+    """
+
+    points: np.ndarray
+    half_widths: np.ndarray
+    check: tuple[float, float] | None
+    nearest: tuple[float, float] | None
+
+    def document(self, unit_m: float) -> dict[str, Any]:
+        """Return it as JSON types, lengths in m.
+
+        Args:
+            unit_m: R - a of the physical mill [m].
+        """
+
+        def distances(pair: tuple[float, float] | None) -> dict[str, float] | None:
+            return None if pair is None else {"mean": pair[0], "largest": pair[1]}
+
+        return {
+            "points_m": (unit_m * self.points).round(6).tolist(),
+            "half_widths_m": (unit_m * self.half_widths).round(6).tolist(),
+            "half_width_mean": float(self.half_widths.mean()),
+            "distance_from_left_out": distances(self.check),
+            "distance_of_smallest_S_from_left_out": distances(self.nearest),
+        }
+
+
+def mean_contour(charge: Charge) -> np.ndarray:
+    """Return the longest line of the contour of a charge's mean solid fraction, (n, 2) float.
+
+    Raises:
+        RunFolderError: no dumps in the steady window, or no surface.
+    """
+    case, result = charge.case, charge.result
+    angles = [
+        angle
+        for angle in wanted_angles(result.rotation_angle_rad)
+        if result.mean_from_rad <= angle <= result.mean_to_rad
+    ]
+    found = snapshots_at(charge.folder, angles)
+    if not found:
+        raise RunFolderError(charge.folder, "no dumps in the steady window", "dump more often")
+    unit, length = unit_length(case), case.mill.simulated_length_m / unit_length(case)
+    centres, areas = [], []
+    for snapshot in found.values():
+        dump = read_dump(snapshot.path)
+        centres.append(dump.positions[:, [0, 2]] / unit)
+        volumes = 4.0 / 3.0 * np.pi * (dump["radius"] / unit) ** 3
+        areas.append(volumes / length / len(found))
+    tops = case.mill.lifter_top_radius_m if case.mill.lifters else case.mill.radius_m
+    turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    circle = tops / unit * np.column_stack([np.cos(turn), np.sin(turn)])
+    contour = surface_contour(np.vstack(centres), np.concatenate(areas), circle, contour_grid(case))
+    if not contour.lines:
+        raise RunFolderError(charge.folder, "its bed has no surface", "look at it in OVITO")
+    return max(contour.lines, key=_length)
+
+
+def predict_contour(
+    charges: Sequence[Charge], left_out: Sequence[Charge] = (), level: float = 0.95
+) -> PredictedContour:
+    """Extrapolate the contour to S = 1.
+
+    Args:
+        charges: of two or more values of S.
+        left_out: charges of S = 1 to compare with.
+
+    Raises:
+        ExtrapolationError: too few charges, or contours too far apart.
+        RunFolderError: a charge has no dumps or no surface.
+    """
+    lines = {charge: mean_contour(charge) for charge in charges}
+    first = min(charge.S for charge in charges)
+    nearest = [lines[charge] for charge in charges if charge.S - first < SAME_S]
+    base, normals = _with_normals(nearest[0])
+    if len(nearest) > 1:
+        moved = np.mean([displacements(base, normals, line) for line in nearest], axis=0)
+        base, normals = _with_normals(base + moved[:, None] * normals)
+    by_charge = {charge: displacements(base, normals, line) for charge, line in lines.items()}
+    known = np.all([np.isfinite(values) for values in by_charge.values()], axis=0)
+    if known.mean() < 0.5:
+        raise ExtrapolationError("the contours of the scaled mills lie too far apart")
+    noise = _noise(by_charge)
+    values, widths = [], []
+    for i in np.flatnonzero(known):
+        found = extrapolate(_groups(by_charge, i), noise, level)
+        values.append(found.value)
+        widths.append(found.half_width)
+    surface = base[known] + np.array(values)[:, None] * normals[known]
+    return PredictedContour(
+        surface,
+        np.array(widths),
+        *(_distances(line, left_out) for line in (surface, base[known])),
+    )
+
+
+def displacements(base: np.ndarray, normals: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """Return how far a line lies from each point along its normal, (n,) float; nan if it does not
+    cross the normal within `REACH`.
+
+    Args:
+        base: (n, 2) float. normals: (n, 2) float, of length 1. line: (m, 2) float.
+    """
+    start, step = line[:-1], np.diff(line, axis=0)
+    # base + d n = start + s step for each point (rows) and each piece of the line (columns).
+    across = normals[:, None, 0] * step[None, :, 1] - normals[:, None, 1] * step[None, :, 0]
+    gap = start[None] - base[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (gap[..., 0] * step[None, :, 1] - gap[..., 1] * step[None, :, 0]) / across
+        share = (gap[..., 0] * normals[:, None, 1] - gap[..., 1] * normals[:, None, 0]) / across
+    along[~((share >= 0.0) & (share <= 1.0) & (np.abs(along) <= REACH))] = np.nan
+    nearest = np.full(len(base), np.nan)
+    crosses = np.isfinite(along).any(axis=1)
+    rows = np.flatnonzero(crosses)
+    nearest[rows] = along[rows, np.nanargmin(np.abs(along[rows]), axis=1)]
+    return nearest
+
+
+def _with_normals(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points evenly along a line and the normals there, (n, 2) float each."""
+    line = line[np.isfinite(line).all(axis=1)]
+    travelled = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
+    places = np.linspace(0.0, travelled[-1], max(3, round(travelled[-1] / SPACING) + 1))
+    points = np.column_stack([np.interp(places, travelled, column) for column in line.T])
+    # Tangents over two spacings, in which the grid of the solid fraction does not show.
+    tangents = np.gradient(points, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
+    return points, np.column_stack([-tangents[:, 1], tangents[:, 0]])
+
+
+def _noise(by_charge: Mapping[Charge, np.ndarray]) -> Noise:
+    """Return the noise of one contour: the scatter between seeds, over all points."""
+    groups = _by_ratio(by_charge)
+    freedom = sum(len(seeds) - 1 for seeds in groups.values())
+    if freedom == 0:
+        raise ExtrapolationError("no value of S has two seeds: the contour's noise is not known")
+    squares = [
+        np.nansum((np.array(seeds) - np.nanmean(seeds, axis=0)) ** 2, axis=0)
+        for seeds in groups.values()
+        if len(seeds) > 1
+    ]
+    return Noise(math.sqrt(float(np.mean(np.sum(squares, axis=0))) / freedom), float(freedom))
+
+
+def _by_ratio(by_charge: Mapping[Charge, np.ndarray]) -> dict[int, list[np.ndarray]]:
+    groups: dict[int, list[np.ndarray]] = {}
+    for charge, values in by_charge.items():
+        groups.setdefault(round(charge.S / SAME_S), []).append(values)
+    return groups
+
+
+def _groups(by_charge: Mapping[Charge, np.ndarray], point: int) -> list[Group]:
+    return [
+        Group(ratio * SAME_S, tuple(float(values[point]) for values in seeds))
+        for ratio, seeds in _by_ratio(by_charge).items()
+    ]
+
+
+def _distances(line: np.ndarray, others: Sequence[Charge]) -> tuple[float, float] | None:
+    """Return mean and largest distance from the contours of others, in the mean over them."""
+    if not others:
+        return None
+    pairs = [curve_distances([line], [mean_contour(other)]) for other in others]
+    mean, largest = np.mean(pairs, axis=0)
+    return float(mean), float(largest)
+
+
+def _length(line: np.ndarray) -> float:
+    return float(np.hypot(*np.diff(line, axis=0).T).sum())
