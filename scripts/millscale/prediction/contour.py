@@ -128,7 +128,7 @@ def predict_contour(
     noise = _noise(by_charge)
     values, widths = [], []
     for i in np.flatnonzero(known):
-        found = extrapolate(_groups(by_charge, i), noise, level)
+        found = extrapolate(_groups(by_charge, int(i)), noise, level)
         values.append(found.value)
         widths.append(found.half_width)
     surface = base[known] + np.array(values)[:, None] * normals[known]
