@@ -1,1 +1,0 @@
-"""The physical mill from its scaled mills: extrapolation to S = 1 with an interval."""
