@@ -273,10 +273,11 @@ void bind_profile(nb::module_& m)
           },
           "x"_a, "z"_a, "Nearest point of the liner to a point [m], as Nearest.")
       .def("nearest", &nearest_points, "points"_a, "The same for (n, 2) points, as NearestPoints.")
-      .def("contacts", &contact_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
-           "Contacts of balls of a radius [m] at centres (n, 2) of the cavity [m], as fix wall/mill "
-           "finds them: one with each surface. Arcs are exact, or with a chord_error [m] the chords "
-           "of `polygon`, of which the nearest counts.")
+      .def(
+          "contacts", &contact_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
+          "Contacts of balls of a radius [m] at centres (n, 2) of the cavity [m], as fix wall/mill "
+          "finds them: one with each surface. Arcs are exact, or with a chord_error [m] the chords "
+          "of `polygon`, of which the nearest counts.")
       .def(
           "groove_box",
           [](const Profile& l) {

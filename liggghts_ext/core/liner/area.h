@@ -6,8 +6,8 @@
 
 namespace millscale::liner {
 
-/// Area of the cavity [m^2], exact: per piece the triangle from the axis to its chord, and of an arc
-/// the circular segment R^2 (h - sin h cos h) beyond the chord, h being half its angle (less it
+/// Area of the cavity [m^2], exact: per piece the triangle from the axis to its chord, and of an
+/// arc the circular segment R^2 (h - sin h cos h) beyond the chord, h being half its angle (less it
 /// where the arc bulges into the cavity).
 inline double area(const Profile& profile)
 {

@@ -23,11 +23,11 @@ inline Profile wall_profile(const Profile& profile, double chord_error)
     if (chorded.nodes()[i].continues) fold = std::max(fold, chorded.pieces()[i].turn);
   if (!(fold < pi / 3.0))
     reject("chord error",
-                   "gives chords that fold by " + format(fold) +
-                       " rad; a wall takes folds < pi/3 rad, so chord errors < " +
-                       format(profile.radius() * (1.0 - std::cos(pi / 6.0))) +
-                       " m, or less for arcs of smaller radii",
-                   chord_error);
+           "gives chords that fold by " + format(fold) +
+               " rad; a wall takes folds < pi/3 rad, so chord errors < " +
+               format(profile.radius() * (1.0 - std::cos(pi / 6.0))) +
+               " m, or less for arcs of smaller radii",
+           chord_error);
   return chorded;
 }
 
@@ -50,8 +50,8 @@ struct Contacts {
 /// What the last search for a ball's contacts leaves for the next, so that most searches are short.
 struct LastSearch {
   int sector = -1;     ///< that the centre was in; -1: not known
-  double clear = 0.0;  ///< distance the centre can move, in the mill's frame, without a contact [m];
-                       ///< 0 if the ball is in contact
+  double clear = 0.0;  ///< distance the centre can move, in the mill's frame, without a contact
+                       ///< [m]; 0 if the ball is in contact
 };
 
 /// Finds the contacts of many balls with one liner: what does not depend on the ball is worked out
@@ -85,8 +85,8 @@ class ContactFinder {
   /// Distance from the axis that no part of the liner falls below [m].
   double clear_radius() const { return profile_.clear_radius(); }
 
-  /// Contacts of a ball of a radius [m] at a point of the cavity. `p` is in the frame of the mill at
-  /// rest.
+  /// Contacts of a ball of a radius [m] at a point of the cavity. `p` is in the frame of the mill
+  /// at rest.
   Contacts contacts(Point p, double ball_radius) const
   {
     LastSearch last;
@@ -197,7 +197,7 @@ class ContactFinder {
                                    turned(piece.middle, piece.arc_radius > 0.0 ? sweep : -sweep)
               : piece.begin + share * piece.length * piece.tangent_begin;
       const double beyond = std::abs(std::atan2(p.tangential, p.radial)) - half_pitch;
-      const double off = beyond <= 0.0        ? 0.0
+      const double off = beyond <= 0.0       ? 0.0
                          : beyond < 0.5 * pi ? length(p) * std::sin(beyond)
                                              : length(p);
       if (off - between <= reach_) return true;
@@ -252,15 +252,13 @@ class ContactFinder {
     for (; result.count < minima.count; ++result.count) {
       const Minimum& minimum = minima.of_surface[result.count];
       const Candidate& c = *minimum.candidate;
-      const Local normal = minimum.at_edge ? (1.0 / minimum.distance) * (at - c.begin)
-                           : c.arc_radius == 0.0
-                               ? left_of(c.tangent)
-                               : (c.arc_radius > 0.0 ? -1.0 : 1.0) / length(at - c.centre) *
-                                     (at - c.centre);
-      result.contact[result.count] = {ball_radius - minimum.distance,
-                                      profile_.surface_from(c.surface, sector), c.face,
-                                      detail::wrapped(sector + c.ahead, profile_.sectors()),
-                                      frames_[sector].point(normal)};
+      const Local normal = minimum.at_edge       ? (1.0 / minimum.distance) * (at - c.begin)
+                           : c.arc_radius == 0.0 ? left_of(c.tangent)
+                                                 : (c.arc_radius > 0.0 ? -1.0 : 1.0) /
+                                                       length(at - c.centre) * (at - c.centre);
+      result.contact[result.count] = {
+          ball_radius - minimum.distance, profile_.surface_from(c.surface, sector), c.face,
+          detail::wrapped(sector + c.ahead, profile_.sectors()), frames_[sector].point(normal)};
     }
     return result;
   }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/math/mill_frame.h"
+
 namespace millscale::liner {
 
 /// A point or vector in the cross-section, seen along the mill axis y: x to the right, z up [m].
@@ -16,6 +18,12 @@ inline Point operator-(Point a, Point b)
 inline double length(Point p)
 {
   return std::hypot(p.x, p.z);
+}
+
+/// Return the point of the cross-section, of the mill with axis y and gravity -z.
+inline Point section(const MillPoint& p)
+{
+  return {-p.ahead, -p.below};
 }
 
 /// Coordinates from the axis along a radius and across it, positive in the direction of rotation.

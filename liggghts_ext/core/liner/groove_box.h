@@ -40,8 +40,8 @@ inline double beside(const Piece& face, Local corner, double radial)
 
 }  // namespace detail
 
-/// Width of the liner where it is narrowest [m]: between the corners of a groove's foot, between the
-/// edges of its mouth, across an arc whose centre is in the cavity. No ball touches two sectors
+/// Width of the liner where it is narrowest [m]: between the corners of a groove's foot, between
+/// the edges of its mouth, across an arc whose centre is in the cavity. No ball touches two sectors
 /// beside its own if its diameter is less.
 inline double narrowest_width(const Profile& profile)
 {
@@ -71,9 +71,9 @@ inline double narrowest_width(const Profile& profile)
 /// Corners of the box that holds groove 0 at rest [m], in order of increasing polar angle along the
 /// liner, then back along its inner side: between the planes of the facing lifter faces, from the
 /// tangent to the liner's radius at the sector's centre line (so that no ball in the groove is
-/// missed) to the line through the face's edge that is nearer to the axis. Without lifters the sides
-/// are the sector's borders, and the inner line is at the clear radius.
-/// Throws std::invalid_argument for a plain drum.
+/// missed) to the line through the face's edge that is nearer to the axis. Without lifters the
+/// sides are the sector's borders, and the inner line is at the clear radius. Throws
+/// std::invalid_argument for a plain drum.
 inline std::array<Point, 4> groove_box(const Profile& profile)
 {
   if (profile.sectors() == 1)

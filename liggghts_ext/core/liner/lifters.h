@@ -162,8 +162,7 @@ struct LifterShape {
   {
     if (lifters == 0) return {Node{{-radius, 0.0}, radius}};
     const double half_pitch = pi / lifters;
-    const double x = radius * std::cos(groove_half_angle),
-                 y = radius * std::sin(groove_half_angle);
+    const double x = radius * std::cos(groove_half_angle), y = radius * std::sin(groove_half_angle);
     const Local corner{top_radius, half_top}, mirrored{top_radius, -half_top};
     return {Node{turned(mirrored, -half_pitch), 0.0, Face::top},
             Node{turned(corner, -half_pitch), 0.0, Face::leading},

@@ -95,7 +95,8 @@ inline Profile offset(const Profile& profile, double distance)
     const Local straight = piece.begin + distance * left_of(piece.tangent_begin);
     nodes[i].point = straight;
     if (piece.turn == 0.0) continue;
-    const Piece before = i > 0 ? pieces[i - 1] : detail::turned_piece(pieces.back(), -profile.pitch());
+    const Piece before =
+        i > 0 ? pieces[i - 1] : detail::turned_piece(pieces.back(), -profile.pitch());
     const auto corner = detail::crossing(detail::moved(before, distance), own, straight);
     if (!corner)
       throw std::invalid_argument("offset: moved by " + format(distance) +
@@ -129,8 +130,7 @@ inline Lifters offset(const Lifters& liner, double distance)
   require_finite("offset", distance);
   const double radius = liner.radius() - distance;
   if (!(radius > 0.0))
-    reject("offset", "must be < " + format(liner.radius()) + " m, the liner radius",
-                   distance);
+    reject("offset", "must be < " + format(liner.radius()) + " m, the liner radius", distance);
   if (liner.lifters() == 0) return Lifters(Slopes{radius, 0.0, 0.0, 0.0, 0, liner.phase()});
 
   const double top_radius = liner.lifter_top_radius() - distance;

@@ -24,9 +24,9 @@ enum class Face { groove = 0, leading = 1, top = 2, trailing = 3 };
 
 /// Where a piece of the profile begins; it ends at the next node.
 struct Node {
-  Local point;               ///< in the frame of the sector's centre line [m]
-  double arc_radius = 0.0;   ///< 0: line; > 0: arc with its centre on the cavity's side; < 0: on the
-                             ///< wall's side [m]. An arc is at most half a turn.
+  Local point;              ///< in the frame of the sector's centre line [m]
+  double arc_radius = 0.0;  ///< 0: line; > 0: arc with its centre on the cavity's side; < 0: on the
+                            ///< wall's side [m]. An arc is at most half a turn.
   Face face = Face::groove;  ///< of the piece
   int ahead = 0;             ///< 1: the piece belongs to the lifter of the next sector
   bool continues = false;    ///< no corner here: the fold is one of chords that stand for an arc
@@ -113,10 +113,8 @@ inline Piece arc(Local begin, Local end, double arc_radius)
   const Local to_cavity = (0.5 / half_chord) * left_of(chord);
   Local centre = 0.5 * (begin + end) + (side * radius * std::cos(half_angle)) * to_cavity;
   if (length(centre) < 1e-12 * radius) centre = {0.0, 0.0};  // an arc around the axis
-  const auto tangent = [&](Local point) {
-    return (side / radius) * left_of(point - centre);
-  };
-  return {begin,  end,         tangent(begin),         tangent(end), 2.0 * radius * half_angle,
+  const auto tangent = [&](Local point) { return (side / radius) * left_of(point - centre); };
+  return {begin,      end,    tangent(begin),      tangent(end), 2.0 * radius * half_angle,
           arc_radius, centre, (-side) * to_cavity, half_angle,   Face::groove,
           0};
 }
@@ -127,8 +125,8 @@ inline Piece circle(Local begin, double radius)
   if (!(radius > 0.0) || std::abs(length(begin) - radius) > 1e-12 * radius)
     throw std::invalid_argument("profile: a single piece must be a circle around the axis");
   const Local out = (1.0 / radius) * begin, tangent = left_of(out);
-  return {begin,      begin,        tangent, tangent, 2.0 * pi * radius, radius, {0.0, 0.0},
-          -1.0 * out, pi, Face::groove, 0};
+  return {begin,      begin, tangent,      tangent, 2.0 * pi * radius, radius, {0.0, 0.0},
+          -1.0 * out, pi,    Face::groove, 0};
 }
 
 /// The piece as seen from a frame behind its own by an angle [rad].
@@ -266,7 +264,8 @@ class Profile {
   {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       const Node& node = nodes_[i];
-      const Local end = i + 1 < nodes_.size() ? nodes_[i + 1].point : turned(nodes_[0].point, pitch());
+      const Local end =
+          i + 1 < nodes_.size() ? nodes_[i + 1].point : turned(nodes_[0].point, pitch());
       pieces_.push_back(is_drum()                ? detail::circle(node.point, node.arc_radius)
                         : node.arc_radius == 0.0 ? detail::line(node.point, end)
                                                  : detail::arc(node.point, end, node.arc_radius));
@@ -278,8 +277,8 @@ class Profile {
   void find_turns()
   {
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      const Local before = i > 0 ? pieces_[i - 1].tangent_end
-                                 : turned(pieces_.back().tangent_end, -pitch());
+      const Local before =
+          i > 0 ? pieces_[i - 1].tangent_end : turned(pieces_.back().tangent_end, -pitch());
       const Local after = pieces_[i].tangent_begin;
       const double turn = std::atan2(cross(before, after), dot(before, after));
       pieces_[i].turn = std::abs(turn) < detail::smooth_turn ? 0.0 : turn;
@@ -331,8 +330,7 @@ class Profile {
       around += std::atan2(cross(piece.begin, piece.end), dot(piece.begin, piece.end));
     }
     for (const Piece& piece : pieces_)  // rid of rounding: the ends of an arc around the axis
-      if (length(piece.centre) == 0.0 &&
-          std::abs(radius_ - piece.arc_radius) < 1e-12 * radius_)
+      if (length(piece.centre) == 0.0 && std::abs(radius_ - piece.arc_radius) < 1e-12 * radius_)
         radius_ = piece.arc_radius;
     if (!is_drum() && !(std::abs(around - pitch()) < 1e-6))
       throw std::invalid_argument(
@@ -355,8 +353,9 @@ class Profile {
       const Face face = placed.piece.face;
       return face == Face::groove ? 0 : face == Face::top ? 2 : 1;
     };
-    std::stable_sort(around_.begin(), around_.end(),
-                     [rank](const PlacedPiece& a, const PlacedPiece& b) { return rank(a) < rank(b); });
+    std::stable_sort(
+        around_.begin(), around_.end(),
+        [rank](const PlacedPiece& a, const PlacedPiece& b) { return rank(a) < rank(b); });
   }
 
   std::vector<Node> nodes_;

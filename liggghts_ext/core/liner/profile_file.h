@@ -97,8 +97,7 @@ inline Profile read_profile(std::istream& in)
     }
   }
   if (!(sectors >= 1.0 && sectors <= most_sectors && sectors == static_cast<int>(sectors)))
-    reject("sectors", "must be a whole number from 1 to " + std::to_string(most_sectors),
-                   sectors);
+    reject("sectors", "must be a whole number from 1 to " + std::to_string(most_sectors), sectors);
   return {nodes, static_cast<int>(sectors), phase};
 }
 

@@ -158,8 +158,7 @@ class ChargeSums {
   static std::size_t bins_of_layer(double top, double ball_radius)
   {
     const double middle = std::max(top - ball_radius, ball_radius);
-    return static_cast<std::size_t>(
-        std::max(8.0, std::round(2.0 * pi * middle / ball_radius)));
+    return static_cast<std::size_t>(std::max(8.0, std::round(2.0 * pi * middle / ball_radius)));
   }
 
   void raise(Number which, double value) { numbers_[which] = std::max(numbers_[which], value); }

@@ -5,15 +5,15 @@
 
 #include "core/liner/profile.h"
 #include "core/math/constants.h"
+#include "core/math/mill_frame.h"
 #include "core/math/vector.h"
 
 namespace millscale::detachment {
 
-/// Where the mill is and what its liner looks like. The cross-section's directions are `down`
-/// (gravity) and `onward`, the way the bottom of the mill moves: axis x down.
-struct MillFrame {
-  Vector axis{0, 1, 0}, down{0, 0, -1}, origin{0, 0, 0};
-  double radius = 0.0;  ///< at the liner [m]
+/// The mill and its liner.
+struct Mill {
+  MillFrame frame;
+  double radius = 0.0;       ///< at the liner [m]
   liner::Sectors sectors{};  ///< of the liner
 };
 
@@ -23,20 +23,17 @@ struct PolarPosition {
   double psi;     ///< angle from the bottom in the direction of rotation, (-pi, pi] [rad]
 };
 
-inline PolarPosition polar(const MillFrame& mill, const Vector& position)
+inline PolarPosition polar(const Mill& mill, const Vector& position)
 {
-  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
-                 position[2] - mill.origin[2]};
-  const double below = dot(p, mill.down), ahead = dot(p, cross(mill.axis, mill.down));
-  return {std::hypot(below, ahead), std::atan2(ahead, below)};
+  const MillPoint p = mill.frame.point(position.data());
+  return {std::hypot(p.below, p.ahead), std::atan2(p.ahead, p.below)};
 }
 
 /// Square of the distance from the axis [m^2].
-inline double square_from_axis(const MillFrame& mill, const Vector& position)
+inline double square_from_axis(const Mill& mill, const Vector& position)
 {
-  const Vector p{position[0] - mill.origin[0], position[1] - mill.origin[1],
-                 position[2] - mill.origin[2]};
-  const double along = dot(p, mill.axis);
+  const Vector p = mill.frame.arm(position);
+  const double along = dot(p, mill.frame.axis());
   return std::max(0.0, dot(p, p) - along * along);
 }
 
@@ -47,9 +44,9 @@ inline double angle_from_vertical(double psi)
   return alpha > pi ? alpha - 2.0 * pi : alpha;
 }
 
-/// Sector of the liner that a polar angle lies in; its lifter trails its groove and pushes its balls.
-/// A plain drum has the one sector 0.
-inline int sector(const MillFrame& mill, double psi, double mill_angle)
+/// Sector of the liner that a polar angle lies in; its lifter trails its groove and pushes its
+/// balls. A plain drum has the one sector 0.
+inline int sector(const Mill& mill, double psi, double mill_angle)
 {
   return mill.sectors.at(psi - mill_angle);
 }
@@ -109,7 +106,7 @@ inline Event event_at(const Observation& now, double count)
   return e;
 }
 
-inline Event confirmed_event(const MillFrame& mill, Event e)
+inline Event confirmed_event(const Mill& mill, Event e)
 {
   const double psi = polar(mill, e.position).psi;
   e.angle = angle_from_vertical(psi);
@@ -118,14 +115,14 @@ inline Event confirmed_event(const MillFrame& mill, Event e)
 }
 
 /// Whether a ball is farther from the groove than `gap` [m].
-inline bool clear_of_groove(const MillFrame& mill, const Vector& position, double ball_radius,
+inline bool clear_of_groove(const Mill& mill, const Vector& position, double ball_radius,
                             double gap)
 {
   const double inside = std::max(0.0, mill.radius - ball_radius - gap);
   return square_from_axis(mill, position) < inside * inside;
 }
 
-inline void follow_liner(Record& ball, const MillFrame& mill, const Observation& now, double gap,
+inline void follow_liner(Record& ball, const Mill& mill, const Observation& now, double gap,
                          Confirmed& confirmed)
 {
   if (now.liner_contact) {
@@ -144,24 +141,22 @@ inline void follow_liner(Record& ball, const MillFrame& mill, const Observation&
 }
 
 /// Place of the ball in the frame that turns with the mill, from the mill's origin.
-inline Vector place_in_mill(const MillFrame& mill, const Vector& position, const Turn& back)
+inline Vector place_in_mill(const Mill& mill, const Vector& position, const Turn& back)
 {
-  Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = position[d] - mill.origin[d];
-  return rotated(arm, mill.axis, back);
+  return rotated(mill.frame.arm(position), mill.frame.axis(), back);
 }
 
 /// Square of the distance of two places in the cross-section: the axial box is periodic.
-inline double square_apart(const MillFrame& mill, const Vector& a, const Vector& b)
+inline double square_apart(const Mill& mill, const Vector& a, const Vector& b)
 {
   Vector apart;
   for (int d = 0; d < 3; ++d) apart[d] = a[d] - b[d];
-  const double along = dot(apart, mill.axis);
+  const double along = dot(apart, mill.frame.axis());
   return std::max(0.0, dot(apart, apart) - along * along);
 }
 
-inline void follow_flight(Record& ball, const MillFrame& mill, const Observation& now,
-                          const Turn& back, double gap, Confirmed& confirmed)
+inline void follow_flight(Record& ball, const Mill& mill, const Observation& now, const Turn& back,
+                          double gap, Confirmed& confirmed)
 {
   if (now.contact_force) {
     ball.flight_pending = 0.0;
@@ -196,7 +191,7 @@ inline Pending pending(const Record& ball)
 
 /// Whether an observation with the same contacts may change the record of a ball: a look that needs
 /// no record.
-inline bool may_confirm(Pending pending, const MillFrame& mill, const Vector& position,
+inline bool may_confirm(Pending pending, const Mill& mill, const Vector& position,
                         double ball_radius, double gap_over_radius)
 {
   if (pending != Pending::liner) return pending == Pending::flight;
@@ -211,8 +206,8 @@ inline bool may_confirm(Pending pending, const MillFrame& mill, const Vector& po
 /// Either is recorded as of the step at which contact was lost; a ball that touches again before
 /// the gap is reached has only rattled, and nothing is recorded. Derived here.
 /// `back` is the turn by minus the mill's angle.
-inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
-                         const Turn& back, double gap_over_radius)
+inline Confirmed observe(Record& ball, const Mill& mill, const Observation& now, const Turn& back,
+                         double gap_over_radius)
 {
   Confirmed confirmed;
   const State state = now.wall_contact    ? State::on_wall
@@ -224,7 +219,7 @@ inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation&
   detail::follow_flight(ball, mill, now, back, gap, confirmed);
   return confirmed;
 }
-inline Confirmed observe(Record& ball, const MillFrame& mill, const Observation& now,
+inline Confirmed observe(Record& ball, const Mill& mill, const Observation& now,
                          double gap_over_radius)
 {
   return observe(ball, mill, now, Turn(-now.mill_angle), gap_over_radius);
@@ -239,13 +234,11 @@ struct Drive {
 /// mill. That is, slower relative to it than after a fall through `gap_over_radius` ball radii,
 /// v^2 = 2 g gap: a ball the mill lets go passes this speed as it falls behind by the gap. So balls
 /// that meet in flight are not carried, though they touch. Derived here.
-inline bool carried(const MillFrame& mill, const Drive& drive, const Observation& now,
+inline bool carried(const Mill& mill, const Drive& drive, const Observation& now,
                     double gap_over_radius)
 {
   if (now.wall_contact || !now.contact_force) return now.wall_contact;
-  Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = now.position[d] - mill.origin[d];
-  const Vector with_mill = cross(mill.axis, arm);
+  const Vector with_mill = cross(mill.frame.axis(), mill.frame.arm(now.position));
   double square = 0.0;
   for (int d = 0; d < 3; ++d) {
     const double apart = now.velocity[d] - drive.speed * with_mill[d];
@@ -257,7 +250,7 @@ inline bool carried(const MillFrame& mill, const Drive& drive, const Observation
 /// Remembers the lifter a ball is carried by. A ball that is not carried keeps the lifter it left,
 /// whatever it meets in flight. What moves with the mill changes its lifter slowly: a look at every
 /// few thousandths of a turn is enough.
-inline void follow_carrier(Record& ball, const MillFrame& mill, const Drive& drive,
+inline void follow_carrier(Record& ball, const Mill& mill, const Drive& drive,
                            const Observation& now, double gap_over_radius)
 {
   if (carried(mill, drive, now, gap_over_radius))

@@ -86,6 +86,7 @@ void ComputeMillCharge::init()
 {
   try {
     mill_fix_ = mill_of(modify, mill_id_);
+    frame_ = mill_fix_->frame();
     liner_ = StyleLiner(modify, *mill_fix_).of(liner_arguments_);
     sums_ = std::make_unique<charge::ChargeSums>(
         charge::Plan{*liner_, mill_fix_->scaled().mill.ball_radius, mill_fix_->gravity(),
@@ -129,27 +130,17 @@ void ComputeMillCharge::compute_vector()
   std::copy(published, published + published_size, vector);
 }
 
-Vector ComputeMillCharge::arm(int i) const
-{
-  Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
-  return arm;
-}
-
 liner::Point ComputeMillCharge::centre(int i) const
 {
-  const Vector& down = mill_fix_->down();
-  const Vector arm = this->arm(i);
-  return {-millscale::dot(arm, millscale::cross(mill_fix_->axis(), down)),
-          -millscale::dot(arm, down)};
+  return liner::section(frame_.point(atom->x[i]));
 }
 
 /// About the mill's axis [kg m^2/s].
 double ComputeMillCharge::angular_momentum(int i) const
 {
   const double *v = atom->v[i], *spin = atom->omega[i];
-  const Vector of_path = millscale::cross(arm(i), {v[0], v[1], v[2]});
-  const Vector& axis = mill_fix_->axis();
+  const Vector of_path = millscale::cross(frame_.arm(atom->x[i]), {v[0], v[1], v[2]});
+  const Vector& axis = frame_.axis();
   return atom->rmass[i] * (millscale::dot(axis, of_path) +
                            millscale::sphere_inertia * atom->radius[i] * atom->radius[i] *
                                millscale::dot(axis, {spin[0], spin[1], spin[2]}));
@@ -224,7 +215,8 @@ void ComputeMillCharge::report_outside(double count)
         "%.0f balls outside the liner at step " BIGINT_FORMAT
         ": id %d with its centre at (%.6g, %.6g, %.6g) m, %.6g m from the axis, where the "
         "liner's radius is %.6g m; reduce the time step, or look for large overlaps",
-        count, update->ntimestep, atom->tag[i], x[0], x[1], x[2], liner::length(p), liner_->radius());
+        count, update->ntimestep, atom->tag[i], x[0], x[1], x[2], liner::length(p),
+        liner_->radius());
   }
   MPI_Allreduce(MPI_IN_PLACE, &owner, 1, MPI_INT, MPI_MIN, world);
   MPI_Bcast(message, sizeof message, MPI_CHAR, owner, world);

@@ -35,12 +35,12 @@ class ComputeMillCharge : public Compute {
   void check_all_are_there(double found);
   void report_outside(double count);
   std::string missing_ids(double before) const;
-  millscale::Vector arm(int i) const;
   millscale::liner::Point centre(int i) const;
   double angular_momentum(int i) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
+  millscale::MillFrame frame_;
   millscale::LinerArguments liner_arguments_;
   std::shared_ptr<const millscale::liner::Profile> liner_;
   std::optional<double> box_angle_;

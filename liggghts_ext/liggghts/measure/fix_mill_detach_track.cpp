@@ -44,8 +44,7 @@ Record& record_in(double* row)
 
 /// Whether a wall triangle belongs to the groove: it lies in the outer half of the liner's height
 /// and faces the axis more than it faces along the circumference.
-bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill,
-               double inner_radius)
+bool is_groove(TriMesh& mesh, int triangle, const detachment::Mill& mill, double inner_radius)
 {
   Vector node[3], edge[2], centre{};
   for (int n = 0; n < 3; ++n) {
@@ -55,10 +54,10 @@ bool is_groove(TriMesh& mesh, int triangle, const detachment::MillFrame& mill,
   for (int e = 0; e < 2; ++e)
     for (int d = 0; d < 3; ++d) edge[e][d] = node[e + 1][d] - node[0][d];
   const Vector normal = millscale::cross(edge[0], edge[1]);
-  Vector radial{};
-  for (int d = 0; d < 3; ++d) radial[d] = centre[d] - mill.origin[d];
-  const double along = millscale::dot(radial, mill.axis);
-  for (int d = 0; d < 3; ++d) radial[d] -= along * mill.axis[d];
+  const Vector& axis = mill.frame.axis();
+  Vector radial = mill.frame.arm(centre);
+  const double along = millscale::dot(radial, axis);
+  for (int d = 0; d < 3; ++d) radial[d] -= along * axis[d];
   const double radius = std::sqrt(millscale::dot(radial, radial));
   const double facing = std::abs(millscale::dot(normal, radial)) /
                         (radius * std::sqrt(millscale::dot(normal, normal)));
@@ -126,9 +125,7 @@ void FixMillDetachTrack::init()
   analytic_walls_.clear();
   for (int f = 0; f < modify->nfix; ++f)
     if (auto* wall = dynamic_cast<FixWallMill*>(modify->fix[f])) analytic_walls_.push_back(wall);
-  mill_.axis = mill_fix_->axis();
-  mill_.down = mill_fix_->down();
-  mill_.origin = mill_fix_->origin();
+  mill_.frame = mill_fix_->frame();
   mill_.radius = mill_fix_->scaled().mill.radius;
   try {
     take_liner();
@@ -190,8 +187,9 @@ void FixMillDetachTrack::mark_contacts()
   const int balls = atom->nlocal;
   marks_.resize(balls);
   // All that acts on a ball but its weight is contact.
-  const double g = mill_fix_->gravity(), gx = g * mill_.down[0], gy = g * mill_.down[1],
-               gz = g * mill_.down[2], least = force_tolerance_ * force_tolerance_ * g * g;
+  const Vector& down = mill_.frame.down();
+  const double g = mill_fix_->gravity(), gx = g * down[0], gy = g * down[1], gz = g * down[2],
+               least = force_tolerance_ * force_tolerance_ * g * g;
   const double* mass = atom->rmass;
   const auto* force = reinterpret_cast<const double(*)[3]>(balls > 0 ? atom->f[0] : nullptr);
   for (int i = 0; i < balls; ++i) {
@@ -227,8 +225,7 @@ void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record&
 /// of the step alone, so that a restart changes nothing.
 bool FixMillDetachTrack::looks_at_carriers() const
 {
-  const double pi = std::acos(-1.0);
-  const double interval = 2.0 * pi / (25.0 * mill_.sectors.count);
+  const double interval = 2.0 * millscale::pi / (25.0 * mill_.sectors.count);
   const double angle = mill_fix_->mill_angle();
   const double before = angle - mill_fix_->speed_now() * update->dt;
   return std::floor(angle / interval) != std::floor(before / interval);

@@ -52,11 +52,11 @@ class FixMillDetachTrack : public FixPerBallRows {
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
   std::vector<FixWallMill*> analytic_walls_;
-  millscale::detachment::MillFrame mill_;
+  millscale::detachment::Mill mill_;
   bool liner_given_ = false;  ///< in the arguments, which follow
   int lifters_ = 0;
   double lifter_top_radius_ = 0.0, phase_ = 0.0;
-  double inner_radius_ = 0.0;  ///< of the liner; 0: a plain drum [m]
+  double inner_radius_ = 0.0;      ///< of the liner; 0: a plain drum [m]
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;

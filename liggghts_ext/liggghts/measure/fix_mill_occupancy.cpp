@@ -90,13 +90,10 @@ void FixMillOccupancy::sample(double mill_angle)
   if (window_.samples == 0.0) window_.first_angle = mill_angle;
   window_.last_angle = mill_angle;
   window_.samples += 1.0;
-  const Vector& down = mill_fix_->down();
-  const Vector across = millscale::cross(mill_fix_->axis(), down);
+  const millscale::MillFrame frame = mill_fix_->frame();
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!(atom->mask[i] & groupbit)) continue;
-    Vector arm;
-    for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
-    grid_->add({-millscale::dot(arm, across), -millscale::dot(arm, down)}, atom->radius[i]);
+    grid_->add(millscale::liner::section(frame.point(atom->x[i])), atom->radius[i]);
   }
 }
 

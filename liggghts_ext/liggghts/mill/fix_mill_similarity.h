@@ -8,6 +8,7 @@
 #include "fix.h"
 
 #include "core/liner/lifters.h"
+#include "core/math/mill_frame.h"
 #include "core/math/vector.h"
 #include "core/similarity/law.h"
 #include "core/similarity/rotation.h"
@@ -17,8 +18,8 @@ namespace LAMMPS_NS {
 class FixMeshSurface;
 
 /// Derives the scaled mill's gravity and speed from the physical mill. Applies that gravity, turns
-/// the given wall meshes and hands the liner of the scaled mill to the styles that need it. Arguments and
-/// f_ID[k]: docs/reference/styles.md.
+/// the given wall meshes and hands the liner of the scaled mill to the styles that need it.
+/// Arguments and f_ID[k]: docs/reference/styles.md.
 class FixMillSimilarity : public Fix {
  public:
   FixMillSimilarity(class LAMMPS*, int, char**);
@@ -47,6 +48,7 @@ class FixMillSimilarity : public Fix {
   double mill_time() const;
   double speed_now() const;
   double gravity() const { return scaled_.mill.gravity; }
+  millscale::MillFrame frame() const { return {axis_, down_, origin_}; }
   const millscale::Vector& axis() const { return axis_; }
   const millscale::Vector& down() const { return down_; }
   const millscale::Vector& origin() const { return origin_; }

@@ -102,7 +102,7 @@ void FixMillGuard::init()
     mill_fix_ = mill_of(modify, mill_id_);
     const auto& mill = mill_fix_->scaled().mill;
     speeds_every_ = mill_fix_->meshes().empty() ? speeds_every : speeds_every_with_mesh;
-    across_ = millscale::cross(mill_fix_->axis(), mill_fix_->down());
+    frame_ = mill_fix_->frame();
     speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);
     wall_ = std::make_unique<charge::WallGuard>(
         *StyleLiner(modify, *mill_fix_).of(liner_arguments_), mill.ball_radius, overlap_limit_);
@@ -121,7 +121,7 @@ void FixMillGuard::setup(int)
 {
   if (force->pair && !force->pair->list)
     error->fix_error(FLERR, this, "needs the neighbour list of pair_style gran, or no pair style");
-  mill_ = millscale::Turn(mill_fix_->mill_angle());
+  turn_ = millscale::Turn(mill_fix_->mill_angle());
   check_forces();
   check_wall();
   check_overlaps();
@@ -138,7 +138,7 @@ void FixMillGuard::end_of_step()
 {
   if (update->ntimestep % speeds_every_ == 0) check_speeds();
   if (update->ntimestep % every_ != 0) return;
-  mill_ = millscale::Turn(mill_fix_->mill_angle());
+  turn_ = millscale::Turn(mill_fix_->mill_angle());
   check_box();
   check_wall();
   check_overlaps();
@@ -189,11 +189,9 @@ void FixMillGuard::check_box() const
 
 void FixMillGuard::check_wall() const
 {
-  const Vector &axis = mill_fix_->axis(), &origin = mill_fix_->origin();
   for (int i = 0; i < atom->nlocal; ++i) {
-    const double* x = atom->x[i];
-    const Vector arm{x[0] - origin[0], x[1] - origin[1], x[2] - origin[2]};
-    const double along = millscale::dot(arm, axis);
+    const Vector arm = frame_.arm(atom->x[i]);
+    const double along = millscale::dot(arm, frame_.axis());
     if (wall_->clear(millscale::dot(arm, arm) - along * along, atom->radius[i])) continue;
     if (!(atom->mask[i] & groupbit)) continue;
     if (const auto fault = wall_->fault(at_rest(i), atom->radius[i])) stop(i, *fault);
@@ -229,11 +227,7 @@ void FixMillGuard::check_pairs_of(int i, const int* others, int count) const
 
 liner::Point FixMillGuard::at_rest(int i) const
 {
-  Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill_fix_->origin()[d];
-  const double ahead = millscale::dot(arm, across_), below = millscale::dot(arm, mill_fix_->down());
-  return {-(ahead * mill_.cosine - below * mill_.sine),
-          -(below * mill_.cosine + ahead * mill_.sine)};
+  return liner::section(frame_.point(atom->x[i]).in_turning_frame(turn_));
 }
 
 /// Without a collective: the other ranks do not know of the fault.

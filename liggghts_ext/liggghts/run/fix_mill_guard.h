@@ -49,8 +49,8 @@ class FixMillGuard : public Fix {
   double speed_ = 0.0;        ///< asked for [m/s]; 0: derived from the mill
   double speed_limit_ = 0.0;  ///< [m/s]
   std::unique_ptr<millscale::charge::WallGuard> wall_;
-  millscale::Vector across_{};  ///< direction of rotation at the bottom
-  millscale::Turn mill_{0.0};   ///< at the last look
+  millscale::MillFrame frame_;
+  millscale::Turn turn_{0.0};  ///< by the mill's angle at the last check
 };
 
 }  // namespace LAMMPS_NS

@@ -36,7 +36,7 @@ using millscale::Vector;
 namespace {
 
 constexpr int slots = liner::Contacts::most + 2;  // liner, two ends
-constexpr int slot_size = 4;  // key, tangential displacement
+constexpr int slot_size = 4;                      // key, tangential displacement
 constexpr int memory_size = slots * slot_size;
 
 constexpr std::size_t ahead = 4;  // balls to fetch while one is looked at
@@ -185,15 +185,11 @@ void FixWallMill::post_force(int)
 
 FixWallMill::MillNow FixWallMill::mill_now() const
 {
-  MillNow mill{};
-  mill.axis = mill_fix_->axis();
-  mill.down = mill_fix_->down();
-  mill.origin = mill_fix_->origin();
-  mill.across = millscale::cross(mill.axis, mill.down);
-  mill.cosine = std::cos(mill_fix_->mill_angle());
-  mill.sine = std::sin(mill_fix_->mill_angle());
-  for (int d = 0; d < 3; ++d) mill.omega[d] = mill_fix_->speed_now() * mill.axis[d];
-  return mill;
+  const Vector& axis = mill_fix_->axis();
+  const double speed = mill_fix_->speed_now();
+  return {mill_fix_->frame(),
+          millscale::Turn(mill_fix_->mill_angle()),
+          {speed * axis[0], speed * axis[1], speed * axis[2]}};
 }
 
 void FixWallMill::evaluate(double dt)
@@ -241,8 +237,8 @@ void FixWallMill::find_near(const MillNow& mill)
   for (int i = 0; i < atom->nlocal; ++i) {
     const double* x = atom->x[i];
     const double radius = atom->radius[i], reach = std::max(0.0, clear - radius);
-    const Vector arm{x[0] - mill.origin[0], x[1] - mill.origin[1], x[2] - mill.origin[2]};
-    const double along = millscale::dot(arm, mill.axis);
+    const Vector arm = mill.frame.arm(x);
+    const double along = millscale::dot(arm, mill.frame.axis());
     const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
     const bool clear_of_ends = along - radius > low && along + radius < high;
     if (clear_of_liner && clear_of_ends && touching_[i] == 0) continue;
@@ -266,22 +262,15 @@ struct FixWallMill::Contacts {
   void add(const Contact& c) { contact[count++] = c; }
 };
 
-/// In the section of the mill at rest: x = -ahead, z = -below, turned back by the mill's angle.
-liner::Point FixWallMill::at_rest(const MillNow& mill, const Vector& arm) const
-{
-  const double below = millscale::dot(arm, mill.down), ahead = millscale::dot(arm, mill.across);
-  return {-(ahead * mill.cosine - below * mill.sine), -(below * mill.cosine + ahead * mill.sine)};
-}
-
 /// In the mill's frame the liner rests, so a ball that is nearer to where it was last seen than the
 /// liner was from there cannot touch.
 void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
 {
   const int i = near.ball;
-  Vector arm;
-  for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
-  const liner::Point centre = at_rest(mill, arm), way = centre - near.seen;
-  const double along = millscale::dot(arm, mill.axis), rise = along - near.along;
+  const Vector arm = mill.frame.arm(atom->x[i]);
+  const millscale::MillPoint p = mill.frame.components(arm).in_turning_frame(mill.turn);
+  const liner::Point centre = liner::section(p), way = centre - near.seen;
+  const double along = p.along, rise = along - near.along;
   if (way.x * way.x + way.z * way.z + rise * rise < near.clear * near.clear) return;
 
   const double radius = atom->radius[i];
@@ -300,11 +289,9 @@ void FixWallMill::touch_liner(const MillNow& mill, Near& near, double radius, Co
   const liner::Contacts contacts = finder_->contacts(near.seen, radius, near.last);
   for (int c = 0; c < contacts.count; ++c) {
     const liner::Contact& touch = contacts.contact[c];
-    const double n_ahead = -touch.normal.x * mill.cosine - touch.normal.z * mill.sine;
-    const double n_below = touch.normal.x * mill.sine - touch.normal.z * mill.cosine;
     Contact contact{touch.overlap, {}, key_of(touch), true};
-    for (int d = 0; d < 3; ++d)
-      contact.normal[d] = n_ahead * mill.across[d] + n_below * mill.down[d];
+    const millscale::MillPoint normal{-touch.normal.x, -touch.normal.z, 0.0};
+    contact.normal = mill.frame.vector(normal.in_space(mill.turn));
     found.add(contact);
   }
 }
@@ -315,7 +302,7 @@ void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Con
     near.clear = std::min(near.clear, -overlap);
     if (!(overlap > 0.0)) return;
     Contact contact{overlap, {}, key, ends_turn_};
-    for (int d = 0; d < 3; ++d) contact.normal[d] = direction * mill.axis[d];
+    for (int d = 0; d < 3; ++d) contact.normal[d] = direction * mill.frame.axis()[d];
     found.add(contact);
   };
   touch(ends_->lower_overlap(near.along, radius), 1.0, lower_end);
@@ -473,11 +460,9 @@ void FixWallMill::check_balls_are_inside() const
   Vector place{};
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!(atom->mask[i] & groupbit)) continue;
-    Vector arm;
-    for (int d = 0; d < 3; ++d) arm[d] = atom->x[i][d] - mill.origin[d];
-    const double along = millscale::dot(arm, mill.axis);
-    if (liner::inside(*liner_, at_rest(mill, arm)) &&
-        !(ends_ && (along < ends_->low || along > ends_->high)))
+    const millscale::MillPoint p = mill.frame.point(atom->x[i]).in_turning_frame(mill.turn);
+    if (liner::inside(*liner_, liner::section(p)) &&
+        !(ends_ && (p.along < ends_->low || p.along > ends_->high)))
       continue;
     ++outside;
     if (atom->tag[i] >= first) continue;

@@ -50,8 +50,9 @@ class FixWallMill : public FixPerBallRows {
  private:
   /// Where the mill is and how it moves at this step, for all balls.
   struct MillNow {
-    millscale::Vector axis, across, down, origin, omega;
-    double cosine, sine;
+    millscale::MillFrame frame;
+    millscale::Turn turn;  ///< by the mill's angle
+    millscale::Vector omega;
   };
 
   /// One contact of a ball, before the law is applied.
@@ -82,7 +83,6 @@ class FixWallMill : public FixPerBallRows {
   void check_balls_are_inside() const;
   void read_materials();
   MillNow mill_now() const;
-  millscale::liner::Point at_rest(const MillNow& mill, const millscale::Vector& arm) const;
   void evaluate(double dt);
   void find_near(const MillNow& mill);
   void count_touching();

@@ -40,9 +40,8 @@ class StyleLiner {
     auto liner = of_wall(arguments);
     if (mill_.states_liner()) return liner;
     const millscale::liner::Widths ours = arguments.widths(mill_.scaled().mill.radius);
-    for_each_wall([&](const FixWallMill& wall) {
-      require_same(ours, wall.widths(), name_of(wall));
-    });
+    for_each_wall(
+        [&](const FixWallMill& wall) { require_same(ours, wall.widths(), name_of(wall)); });
     return liner;
   }
 
@@ -53,9 +52,8 @@ class StyleLiner {
       require_same_lifters(ours, widths_of_mill(), name_of(mill_));
       return;
     }
-    for_each_wall([&](const FixWallMill& wall) {
-      require_same_lifters(ours, wall.widths(), name_of(wall));
-    });
+    for_each_wall(
+        [&](const FixWallMill& wall) { require_same_lifters(ours, wall.widths(), name_of(wall)); });
   }
 
  private:

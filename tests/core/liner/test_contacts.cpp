@@ -3,10 +3,10 @@
 #include <cmath>
 #include <random>
 
+#include "core/liner/contacts.h"
 #include "core/liner/end_walls.h"
 #include "core/liner/nearest.h"
 #include "core/liner/paper_liners.h"
-#include "core/liner/contacts.h"
 
 namespace {
 
@@ -89,7 +89,7 @@ TEST(Contacts, AreTheSameWithWhateverGrooveBefore)
   for (int i = 0; i < 20'000; ++i) {
     const Point p = at(radius(random), psi(random));
     const Contacts fresh = finder.contacts(p, ball_radius),
-                  again = finder.contacts(p, ball_radius, look);
+                   again = finder.contacts(p, ball_radius, look);
     ASSERT_EQ(fresh.count, again.count);
     for (int t = 0; t < fresh.count; ++t) {
       EXPECT_EQ(fresh.contact[t].overlap, again.contact[t].overlap);

@@ -77,11 +77,11 @@ TEST(Dimensions, BothReadingsDescribeTheSameLiner)
 {
   for (const Lifters& liner : various_liners()) {
     const Lifters by_widths(Widths{liner.radius(), liner.lifter_top_radius(),
-                                 liner.lifter_top_width(), liner.groove_width(), liner.lifters(),
-                                 liner.phase()});
+                                   liner.lifter_top_width(), liner.groove_width(), liner.lifters(),
+                                   liner.phase()});
     const Lifters by_slopes(Slopes{liner.radius(), liner.lifter_top_radius(),
-                                 liner.lifter_top_width(), liner.face_angle(), liner.lifters(),
-                                 liner.phase()});
+                                   liner.lifter_top_width(), liner.face_angle(), liner.lifters(),
+                                   liner.phase()});
     EXPECT_NEAR(by_widths.face_angle(), liner.face_angle(), 1e-12);
     EXPECT_NEAR(by_slopes.groove_width(), liner.groove_width(), 1e-13);
   }

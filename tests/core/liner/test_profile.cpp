@@ -28,12 +28,12 @@ Profile made_up(int sectors = 9, double phase = 0.4)
   const auto at = [half](double radius, double share) {
     return Local{radius * std::cos(share * half), radius * std::sin(share * half)};
   };
-  return {{{at(1.00, -1.0), 0.4, Face::groove},    // arc, centre in the cavity
-           {at(1.01, -0.5), 0.0, Face::trailing},  // concave corner, steep
+  return {{{at(1.00, -1.0), 0.4, Face::groove},         // arc, centre in the cavity
+           {at(1.01, -0.5), 0.0, Face::trailing},       // concave corner, steep
            {at(0.86, -0.42), -0.17 * half, Face::top},  // crest, arc with its centre in the wall
-           {at(0.87, -0.2), 0.0, Face::top},       // flat
-           {at(0.88, 0.0), 0.0, Face::leading},    // convex edge
-           {at(0.99, 0.35), 0.0, Face::groove}},   // concave corner
+           {at(0.87, -0.2), 0.0, Face::top},            // flat
+           {at(0.88, 0.0), 0.0, Face::leading},         // convex edge
+           {at(0.99, 0.35), 0.0, Face::groove}},        // concave corner
           sectors,
           phase};
 }
@@ -45,9 +45,11 @@ Profile smooth_wave(int sectors)
   // at 1 + r and at R - r, the angle between them is half a pitch.
   const double half = pi / sectors, valley = 0.9;
   // |valley - crest|^2 = (2 r)^2 with the crest's centre at distance q.
-  const double q = 1.02, r = 0.5 * std::sqrt(valley * valley + q * q - 2.0 * valley * q * std::cos(half));
+  const double q = 1.02,
+               r = 0.5 * std::sqrt(valley * valley + q * q - 2.0 * valley * q * std::cos(half));
   const Local low{valley, 0.0};
-  const Local before{q * std::cos(half), -q * std::sin(half)}, after{q * std::cos(half), q * std::sin(half)};
+  const Local before{q * std::cos(half), -q * std::sin(half)},
+      after{q * std::cos(half), q * std::sin(half)};
   return {{{0.5 * (low + before), r, Face::groove}, {0.5 * (low + after), -r, Face::groove}},
           sectors,
           0.1};
@@ -56,7 +58,8 @@ Profile smooth_wave(int sectors)
 /// Profiles that are not of trapezoids, and one that is.
 std::vector<Profile> profiles()
 {
-  return {made_up(), made_up(3, -2.0), made_up(16, 0.0), smooth_wave(12), smooth_wave(24), trapezoid_mill()};
+  return {made_up(),       made_up(3, -2.0), made_up(16, 0.0),
+          smooth_wave(12), smooth_wave(24),  trapezoid_mill()};
 }
 
 /// Points of the whole liner, `per_piece` on each piece.
@@ -252,9 +255,9 @@ TEST(Profile, OffsetMovesEveryPieceByTheDistance)
         const Piece &piece = moved.pieces()[i], &was = profile.pieces()[i];
         for (const double share : {0.1, 0.5, 0.9}) {
           const double sweep = piece.half_angle * (2.0 * share - 1.0);
-          const Local at =
-              piece.is_arc() ? piece.centre + std::abs(piece.arc_radius) * turned(piece.middle, sweep)
-                             : piece.begin + share * (piece.end - piece.begin);
+          const Local at = piece.is_arc() ? piece.centre + std::abs(piece.arc_radius) *
+                                                               turned(piece.middle, sweep)
+                                          : piece.begin + share * (piece.end - piece.begin);
           const double away = was.is_arc()
                                   ? std::abs(length(at - was.centre) - std::abs(was.arc_radius))
                                   : std::abs(cross(was.tangent_begin, at - was.begin));

@@ -10,9 +10,9 @@
 namespace {
 
 using namespace millscale::charge;
+using millscale::pi;
 using millscale::liner::Frame;
 using millscale::liner::Lifters;
-using millscale::pi;
 using millscale::liner::Point;
 
 constexpr double ball_radius = 0.02, ball_mass = 0.09;

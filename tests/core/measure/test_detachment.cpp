@@ -15,9 +15,9 @@ using millscale::Vector;
 const double pi = std::acos(-1.0);
 constexpr double ball_radius = 0.02;
 
-MillFrame mill()
+Mill mill()
 {
-  MillFrame frame;
+  Mill frame;
   frame.radius = 1.0;
   frame.sectors.count = 25;
   return frame;
@@ -49,7 +49,7 @@ TEST(Polar, MeasuresFromTheBottomInTheDirectionOfRotation)
 
 TEST(Polar, TurningAPointWithTheMillAddsTheMillAngle)
 {
-  const Vector turned = rotated(at(0.7, 0.4), mill().axis, 1.3);
+  const Vector turned = rotated(at(0.7, 0.4), mill().frame.axis(), 1.3);
   EXPECT_NEAR(polar(mill(), turned).psi, 1.7, 1e-14);
 }
 
@@ -64,7 +64,7 @@ TEST(Sector, FollowsTheMillAndMatchesABruteForceSearch)
 {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> angle(-pi, pi), turns(0.0, 50.0);
-  const MillFrame frame = mill();
+  const Mill frame = mill();
   const double pitch = 2.0 * pi / frame.sectors.count;
   for (int i = 0; i < 1000; ++i) {
     const double psi = angle(random), mill_angle = turns(random);
@@ -80,7 +80,7 @@ TEST(Sector, FollowsTheMillAndMatchesABruteForceSearch)
 
 TEST(Sector, OfAPlainDrumIsZero)
 {
-  MillFrame drum = mill();
+  Mill drum = mill();
   drum.sectors.count = 1;
   EXPECT_EQ(sector(drum, 2.0, 17.0), 0);
 }
@@ -154,7 +154,7 @@ TEST(Observe, AFlightFromTheBedIsNotOfTheOutermostLayer)
 TEST(Observe, ScalesWithTheBallRadius)
 {
   for (double scale : {0.1, 1.0, 7.0}) {
-    MillFrame frame = mill();
+    Mill frame = mill();
     frame.radius *= scale;
     Record ball;
     Observation start = on_liner(2.0, 0.1), lost = free_at(0.979, 2.0, 0.1),

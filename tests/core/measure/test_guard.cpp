@@ -86,8 +86,7 @@ TEST(Guard, APlaceThatIsNoNumberIsAFault)
 
 TEST(Guard, NothingTouchesAtAPlaceThatIsNoNumber)
 {
-  for (const liner::Lifters& liner : test::various_liners())
-    {
+  for (const liner::Lifters& liner : test::various_liners()) {
     const double radius = 0.01 * liner.radius();
     EXPECT_EQ(liner::ContactFinder(liner, radius).contacts({nan, 0.1}, radius).count, 0);
   }
