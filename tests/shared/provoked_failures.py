@@ -148,8 +148,8 @@ def missing_library(scene: Scene) -> None:
 
 
 def does_not_fit(scene: Scene) -> None:
-    scene.set("groove_width", "0.035")
-    scene.set("lifter_top_width", "0.3")
+    widths = r"lifter_top_width \S+ groove_width [^\s\"]+"
+    scene.edit("parameters.in", widths, "lifter_top_width 0.3 groove_width 0.035")
     scene.run()
 
 
