@@ -6,6 +6,7 @@ import pytest
 
 from millscale.cases.generate import changed_cases, generate
 from millscale.errors import CampaignError
+from millscale.runs.case_digest import case_digest
 from paper_campaign import MULTI_BALL, write_campaign
 
 
@@ -81,6 +82,24 @@ def test_changed_cases_are_told_without_writing(tmp_path):
     assert changed_cases(found, runs) == {found[0].id}
     assert changed_cases(found, tmp_path / "none") == {case.id for case in found}
     assert not (tmp_path / "none").exists()
+
+
+def test_a_case_that_differs_by_rounding_stays_as_it_is_written(tmp_path):
+    """As if another version, compiler or machine had computed the last digits otherwise."""
+    path, runs = write_campaign(tmp_path), tmp_path / "runs"
+    file = runs / "cases" / generate(path, runs)[0].id / "case.json"
+    document = json.loads(file.read_text())
+    document["mill"]["area_m2"] *= 1 + 1e-15
+    file.write_text(json.dumps(document))
+    before = file.read_text()
+    found = generate(path, runs)
+    assert file.read_text() == before and found[0].digest == case_digest(document)
+    summary = json.loads((runs / "campaign.json").read_text())
+    assert summary["digests"][found[0].id] == case_digest(document)
+    document["mill"]["area_m2"] *= 1 + 1e-9
+    file.write_text(json.dumps(document))
+    assert generate(path, runs)[0].digest != case_digest(document)
+    assert file.read_text() != json.dumps(document)
 
 
 def test_products_and_cases_that_left_the_campaign_stay(tmp_path):

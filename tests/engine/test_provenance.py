@@ -12,7 +12,7 @@ from millscale.cases.decks import template_folder
 from millscale.engine import code_version
 from millscale.runs.digests import digest_of
 from millscale.runs.layout import STAGES
-from millscale.runs.provenance import read_provenance
+from millscale.runs.provenance import read_provenance, write_provenance
 from millscale.workflow import stage_record, verify
 from millscale.workflow.run_stage import run_stage
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
@@ -125,16 +125,71 @@ def test_a_deck_of_another_version_may_differ_in_comments_alone(finished, tmp_pa
     assert {difference.file for difference in differences} == {"integrate.in"}
 
 
-def test_decks_of_another_version_are_what_it_recorded(finished, tmp_path, monkeypatch):
+OLDER = {"millscale": "0.0.9", "commit": 40 * "b"}
+
+
+@pytest.fixture
+def older(finished, tmp_path, monkeypatch):
+    """A finished runs folder whose provenance names an older version with other templates and
+    parameters."""
+    for case_id in (*SINGLE_BALLS, CHARGE):
+        folder = finished.case(case_id)
+        stages = {name: {**made, **OLDER} for name, made in records(folder).items()}
+        write_provenance(folder, stages)
     templates = tmp_path / "templates"
     shutil.copytree(template_folder(), templates)
-    monkeypatch.setattr(verify, "template_folder", lambda: templates)
     (templates / "integrate.in").write_text("fix integrate all nve/sphere\n")
-    monkeypatch.setattr(verify, "code", lambda: {"commit": "another"})
-    assert not verify.verify(finished.runs).differences
-    changed(finished, "guard.in", lambda text: text + "shell echo\n")
-    differences = verify.verify(finished.runs).differences
-    assert {difference.file for difference in differences} >= {"guard.in"}
+    monkeypatch.setattr(verify, "template_folder", lambda: templates)
+    monkeypatch.setattr(verify, "parameters_text", lambda case: "variable other equal 1\n")
+    return finished
+
+
+def test_a_folder_of_an_older_version_is_compared_with_its_digests(older):
+    done = older("verify")
+    assert done.stdout.splitlines()[0] == (
+        "3 cases made by millscale 0.0.9 (commit bbbbbbbbbbbb): "
+        "case.json and decks are compared with their digests only"
+    )
+    assert done.returncode == 0 and "no differences" in done.stdout
+    assert json.loads(older("verify", "--json").stdout)["note"] in done.stdout
+
+
+def test_an_older_version_is_noted_where_it_made_part_of_the_cases(older):
+    folder = older.case(CHARGE)
+    write_provenance(folder, {x: {**y, "commit": None} for x, y in records(folder).items()})
+    (folder.parent / BALL / "provenance.json").unlink()
+    note = older("verify").stdout.splitlines()[-2]
+    assert note.startswith("2 cases made by millscale 0.0.9 (commit bbbbbbbbbbbb) and 1 other vers")
+
+
+@pytest.mark.parametrize(
+    ("name", "by", "reported"),
+    [
+        ("series.csv", lambda text: text.replace("6", "7"), "series.csv: SHA-256 is"),
+        ("guard.in", lambda text: text + "shell echo\n", "guard.in: SHA-256 is"),
+        ("parameters.in", lambda text: text + "\n", "parameters.in: SHA-256 is"),
+        (
+            "case.json",
+            lambda text: text.replace('"gravity_m_s2": 9.81', '"gravity_m_s2": 9.82'),
+            "case.json: is not the one that campaign.json records",
+        ),
+    ],
+)
+def test_a_changed_file_of_an_older_version_is_found(older, name, by, reported):
+    changed(older, name, by)
+    done = older("verify")
+    assert done.returncode == 1 and f"{BALL}/{reported}" in done.stdout
+
+
+def test_a_deck_that_no_version_recorded_is_found(older):
+    (older.case(BALL) / "more.in").write_text("shell echo\n")
+    assert f"{BALL}/more.in: no digest recorded" in older("verify").stdout
+
+
+def test_a_changed_copy_of_the_campaign_is_found_in_an_older_folder(older):
+    copy = older.runs / "campaign.toml"
+    copy.write_text(copy.read_text() + "# another\n")
+    assert "campaign.toml: changed since campaign.json was written" in older("verify").stdout
 
 
 def test_a_missing_product_and_another_campaign_are_said(finished):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,8 @@ from millscale.campaign.campaign import Campaign
 from millscale.cases.case import cases_of
 from millscale.engine.code_version import installed_version
 from millscale.errors import CampaignError
-from millscale.runs.case_digest import case_digest
-from millscale.runs.case_file import SCHEMA, Case
+from millscale.runs.case_digest import case_digest, differing_keys
+from millscale.runs.case_file import SCHEMA, Case, load_case
 from millscale.runs.digests import digest_of, text_digest
 from millscale.runs.layout import CAMPAIGN_FILE, CASE_FILE, CASES_FOLDER
 from millscale.runs.untrusted import MOST_JSON, RunFolderError, is_id, read_object, read_text
@@ -45,8 +45,8 @@ def generate(
         CampaignError: the campaign is not accepted, or the folder is another campaign's.
     """
     campaign = load_campaign(campaign_file)
-    cases = cases_of(campaign)
     runs = Path(runs)
+    cases = as_written(cases_of(campaign), runs)
     check_owner(campaign, cases, runs)
     for case in cases:
         folder = runs / CASES_FOLDER / case.id
@@ -58,6 +58,24 @@ def generate(
     _write_if_new(runs / CAMPAIGN_COPY, Path(campaign_file).read_text(encoding="utf-8"))
     _write_if_new(runs / CAMPAIGN_FILE, json.dumps(_summary(campaign, cases), indent=2) + "\n")
     return cases
+
+
+def as_written(cases: Iterable[Case], runs: str | Path) -> list[Case]:
+    """Return the cases, each as its case.json states it if the two differ by rounding alone.
+
+    Such a case is finished if its stages are: rounding in another version does not start it again.
+    """
+    return [_as_written(case, Path(runs) / CASES_FOLDER / case.id) for case in cases]
+
+
+def _as_written(case: Case, folder: Path) -> Case:
+    found = _document(folder / CASE_FILE)
+    if not found or case_digest(found) == case.digest or any(differing_keys(case.document, found)):
+        return case
+    try:
+        return load_case(folder)
+    except RunFolderError:
+        return case
 
 
 def check_owner(campaign: Campaign, cases: list[Case], runs: Path) -> None:

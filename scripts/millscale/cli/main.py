@@ -253,6 +253,8 @@ def verify(runs: RunsArgument, as_json: Json = False) -> None:
     else:
         for difference in found.differences:
             typer.echo(str(difference))
+        if found.note:
+            typer.echo(found.note)
         typer.echo(
             f"{counted(found.cases, 'case')}, {counted(found.files, 'file')} checked: "
             f"{counted(len(found.differences), 'difference')}"

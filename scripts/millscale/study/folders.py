@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from millscale.cases.generate import changed_cases
+from millscale.cases.generate import as_written, changed_cases
 from millscale.errors import CampaignError
 from millscale.runs.case_file import load_case
 from millscale.runs.current import unfinished
@@ -57,7 +57,7 @@ def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str,
     A folder is that of the setting, or one of the same case in another setting or runs folder.
     """
     own = places.of(setting)
-    changed = changed_cases(list(setting.cases), own)
+    changed = changed_cases(as_written(setting.cases, own), own)
     found = {
         case.id: own / CASES_FOLDER / case.id
         for case in setting.cases

@@ -12,7 +12,7 @@ from rich.console import Console
 from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
 from millscale.cases.cost import Rates, learned
-from millscale.cases.generate import changed_cases, check_owner, generate
+from millscale.cases.generate import as_written, changed_cases, check_owner, generate
 from millscale.cases.output_size import check_disk
 from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from millscale.engine.machine import Allocation, CoreWish, hardware
@@ -72,7 +72,7 @@ def request(
             or other ranks than those of an attempt to resume.
     """
     campaign = load_campaign(file)
-    every = cases_of(campaign)
+    every = as_written(cases_of(campaign), runs)
     cases = _chosen(every, only)
     check_owner(campaign, every, runs)
     rates = learned((runs / CASES_FOLDER).glob("*"), str(hardware()["cpu"]))

@@ -1,8 +1,9 @@
 """`millscale verify`: compare the files of a runs folder with their digests, campaign and version.
 
-Products, inputs and shared beds are compared with the digests in provenance.json, case.json with
-the campaign, parameters.in with case.json, and the decks with this version. The comparison finds
-damage and mix-ups, not forgery: digests can be written too.
+Products, decks, inputs and shared beds are compared with the digests in provenance.json. If this
+version wrote the decks of a case, its case.json is compared with the campaign too, parameters.in
+with case.json, and the decks with the templates. The comparison finds damage and mix-ups, not
+forgery: digests can be written too.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from millscale.cases.generate import CAMPAIGN_COPY, read_summary
 from millscale.cases.parameters import parameters_text
 from millscale.engine.code_version import code
 from millscale.errors import CampaignError
-from millscale.runs.case_digest import INFORMING
-from millscale.runs.case_file import Case, load_case
+from millscale.formats import counted
+from millscale.runs.case_digest import MISSING, differing_keys
+from millscale.runs.case_file import Case, is_outdated, load_case
 from millscale.runs.digests import digest_of, files_of
 from millscale.runs.layout import CASE_FILE, CASES_FOLDER, STAGES, stage_of
 from millscale.runs.provenance import read_provenance
@@ -46,11 +48,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class Verified:
-    """The outcome for a runs folder."""
+    """The outcome for a runs folder; `note` states what was compared with digests only."""
 
     cases: int
     files: int
     differences: tuple[Difference, ...]
+    note: str = ""
 
 
 def verify(runs: Path) -> Verified:
@@ -61,15 +64,37 @@ def verify(runs: Path) -> Verified:
     """
     summary = read_summary(runs)
     derived, found = _derived(runs, summary)
-    files = 0
+    files, versions = 0, []
     for case_id in summary["cases"]:
         folder = runs / CASES_FOLDER / case_id
-        seen = list(_case(folder, derived))
+        versions.append(_other_version(folder))
+        seen = list(_case(folder, summary, derived))
         files += len(seen)
         found += [x for x in seen if x.what]
     beds = list(_beds(runs))
     found += [x for x in beds if x.what]
-    return Verified(len(summary["cases"]), files + len(beds), tuple(found))
+    return Verified(len(summary["cases"]), files + len(beds), tuple(found), _note(versions))
+
+
+def _other_version(folder: Path) -> str:
+    """Return the version that wrote the decks of a case; empty if this one did, or none did."""
+    record = read_provenance(folder).get("deck")
+    if record is None:
+        return ""
+    version, commit = record.get("millscale"), record.get("commit")
+    if (version, commit) == (code()["millscale"], code()["commit"]):
+        return ""
+    return f"millscale {version!s:.20} ({f'commit {commit!s:.12}' if commit else 'no commit'})"
+
+
+def _note(versions: list[str]) -> str:
+    other = [version for version in versions if version]
+    if not other:
+        return ""
+    more = len(set(other)) - 1
+    makers = other[0] + f" and {counted(more, 'other version')}" * (more > 0)
+    what = "case.json and decks are compared with their digests only"
+    return one_line(f"{counted(len(other), 'case')} made by {makers}: {what}")
 
 
 def _beds(runs: Path) -> Iterator[Difference]:
@@ -92,12 +117,18 @@ def _derived(
         cases = {case.id: case for case in cases_of(campaign)}
     except CampaignError as error:
         return None, [Difference("", CAMPAIGN_COPY, error.cause)]
-    lost = sorted(set(cases) ^ set(summary["cases"]))
-    what = f"names other cases than campaign.json: {', '.join(lost[:_MOST_KEYS])}"
-    return cases, [Difference("", CAMPAIGN_COPY, what)] if lost else []
+    found = []
+    if lost := sorted(set(cases) ^ set(summary["cases"])):
+        what = f"names other cases than campaign.json: {', '.join(lost[:_MOST_KEYS])}"
+        found.append(Difference("", CAMPAIGN_COPY, what))
+    if summary.get("copy") not in (None, digest_of(copy, follow=True)):
+        found.append(Difference("", CAMPAIGN_COPY, "changed since campaign.json was written"))
+    return cases, found
 
 
-def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Difference]:
+def _case(
+    folder: Path, summary: Mapping[str, Any], derived: Mapping[str, Case] | None
+) -> Iterator[Difference]:
     """Yield every file of a case that was compared; `what` is empty if it does not differ."""
     case_id = folder.name
     try:
@@ -106,31 +137,30 @@ def _case(folder: Path, derived: Mapping[str, Case] | None) -> Iterator[Differen
         yield Difference(case_id, CASE_FILE, error.cause)
         return
     what = ""
-    if derived is not None and case_id in derived:
-        differing = list(differing_keys(derived[case_id].document, case.document))
-        if differing:
-            what = f"differs from the campaign in {', '.join(differing[:_MOST_KEYS])}"
-            what += f" and {len(differing) - _MOST_KEYS} more" * (len(differing) > _MOST_KEYS)
+    if _other_version(folder):
+        what = "is not the one that campaign.json records" if is_outdated(summary, case) else ""
+    elif derived is not None and case_id in derived:
+        what = _from_campaign(derived[case_id], case)
     yield Difference(case_id, CASE_FILE, what)
     yield from _products(folder, case)
     yield from _decks(folder, case)
 
 
-def differing_keys(
-    derived: Mapping[str, Any], found: Mapping[str, Any], above: str = ""
-) -> Iterator[str]:
-    """Yield the paths of keys that differ, such as `mill.radius_m`, without those of no effect."""
-    for key in dict.fromkeys([*derived, *found]):
-        if not above and key in INFORMING:
-            continue
-        path = f"{above}{key}"
-        a, b = derived.get(key), found.get(key)
-        if key not in found or key not in derived:
-            yield f"{path} ({'missing' if key not in found else 'unknown'})"
-        elif isinstance(a, Mapping) and isinstance(b, Mapping):
-            yield from differing_keys(a, b, f"{path}.")
-        elif a != b and not (isinstance(a, tuple) and list(a) == b):
-            yield f"{path} (campaign {_short(a)}, file {_short(b)})"
+def _from_campaign(derived: Case, found: Case) -> str:
+    """Return in which keys a case differs from the campaign; empty if it does not."""
+    keys = [_pair(*difference) for difference in differing_keys(derived.document, found.document)]
+    if not keys:
+        return ""
+    more = len(keys) - _MOST_KEYS
+    return f"differs from the campaign in {', '.join(keys[:_MOST_KEYS])}" + (
+        f" and {more} more" * (more > 0)
+    )
+
+
+def _pair(path: str, wanted: Any, found: Any) -> str:
+    if MISSING in (wanted, found):
+        return f"{path} ({'missing' if found is MISSING else 'unknown'})"
+    return f"{path} (campaign {_short(wanted)}, file {_short(found)})"
 
 
 def _short(value: Any) -> str:
@@ -180,19 +210,19 @@ def _compared(folder: Path, name: str, digest: str) -> str:
 
 
 def _decks(folder: Path, case: Case) -> Iterator[Difference]:
-    """Yield the decks, which are programs of the engine, that are not those of the version that
-    wrote them.
+    """Yield the decks, which are programs of the engine, that this version would not write so.
 
-    Decks of this version are compared with its templates, except for comments. Those of another
-    version, by their commit in provenance.json, are compared with the digests recorded there.
+    Templates are compared without comment lines. The decks of another version are only compared
+    with their digests, as products of stage deck; a deck without a digest is a difference.
     """
     templates = template_folder()
-    written = read_provenance(folder).get("deck", {})
-    of_other_version = written.get("commit") not in (None, code()["commit"])
+    recorded = read_provenance(folder).get("deck", {"products": {}})["products"]
+    of_other_version = _other_version(folder)
     for name in files_of(folder, (x.name for x in folder.glob("*.in"))):
         deck = folder / name
-        if of_other_version and written["products"].get(deck.name) == digest_of(deck):
-            yield Difference(folder.name, deck.name, "")
+        if of_other_version:
+            if name not in recorded:
+                yield Difference(folder.name, name, "no digest recorded: not made by stage deck")
             continue
         if deck.name == PARAMETERS_FILE:
             same = _bytes(deck) == parameters_text(case).encode()
