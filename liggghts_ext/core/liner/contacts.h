@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -75,10 +76,8 @@ class ContactFinder {
         sin_half_pitch_(std::sin(0.5 * profile.pitch()))
   {
     for (int k = 0; k < profile.sectors(); ++k) frames_.emplace_back(profile.sector_angle(k));
-    for (const PlacedPiece& placed : profile_.around()) {
-      all_.push_back(candidate(placed));
-      if (may_be_in_reach(placed.piece)) near_.push_back(all_.back());
-    }
+    for (const PlacedPiece& placed : profile_.around()) all_.push_back(candidate(placed));
+    make_cells();
   }
 
   const Profile& profile() const { return profile_; }
@@ -98,27 +97,26 @@ class ContactFinder {
   {
     const double distance = std::sqrt(p.x * p.x + p.z * p.z);
     const double clear = clear_radius() - ball_radius;
+    Contacts result;
     if (clear > 0.0 && !(distance >= clear)) {  // also for NaN positions
       last.clear = clear - distance;
-      return {};
+      return result;
     }
     const Local at = settle(p, last.sector);
     const bool usual = 2.0 * ball_radius <= reach_;
     Minima minima;
-    search(usual ? near_ : all_, at, ball_radius, minima);
-    if (minima.nearest.distance < 0.0) {
-      // The centre is in the wall, or the nearest pieces are out of the usual reach.
-      minima = {};
-      search(all_, at, ball_radius, minima);
-      if (minima.nearest.distance < 0.0) {
-        minima.count = 1;
-        minima.of_surface[0] = minima.nearest;
-      }
+    const std::size_t cell = cells_.size() == 1 ? 0 : cell_of(at);
+    search(usual ? cells_[cell] : all_, at, ball_radius, minima);
+    // The centre is in the wall, or the nearest pieces are out of the usual reach.
+    if (minima.nearest.distance < 0.0) search_from_wall(at, ball_radius, minima);
+    if (minima.count > 0) {
+      last.clear = 0.0;
+      make_contacts(minima, at, ball_radius, last.sector, result);
+      return result;
     }
-    double free = std::abs(minima.nearest.distance);
-    if (usual) free = std::min(free, reach_);
-    last.clear = minima.count > 0 ? 0.0 : std::max(0.0, free - ball_radius);
-    return contacts_at(minima, at, ball_radius, last.sector);
+    const double free = usual ? std::min(minima.nearest.distance, reach_) : minima.nearest.distance;
+    last.clear = std::max(0.0, free - ball_radius);
+    return result;
   }
 
  private:
@@ -132,36 +130,39 @@ class ContactFinder {
     Local before;        ///< unit tangent of the piece before, where it ends
     bool begins_convex;  ///< at a convex edge
     int surface;         ///< index of its surface, if the frame is that of sector 0
+    int number;          ///< of its surface in the sector
+    int surface_ahead;   ///< sector of its surface less the frame's
+    int ahead;           ///< sector of its groove or lifter less the frame's
     Face face;
-    int ahead;  ///< sector of its groove or lifter less the frame's
   };
 
   /// A local minimum of the distance.
   struct Minimum {
-    double distance = INFINITY;  ///< < 0: on the wall's side [m]
-    const Candidate* candidate = nullptr;
-    bool at_edge = false;
+    double distance;  ///< < 0: on the wall's side [m]
+    const Candidate* candidate;
+    bool at_edge;
   };
+  /// The nearest minimum by its absolute value, and those of each surface nearer than the radius.
   struct Minima {
+    Minimum nearest{INFINITY, nullptr, false};
     int count = 0;
-    std::array<Minimum, Contacts::most> of_surface;  ///< nearer than the radius
-    Minimum nearest;                                 ///< by its absolute value
+    std::array<Minimum, Contacts::most> of_surface;
 
     void add(const Minimum& found)
     {
       int k = 0;
       while (k < count && of_surface[k].candidate->surface != found.candidate->surface) ++k;
-      if (k == count && count < Contacts::most)
+      if (k == count && count < Contacts::most) {
         of_surface[count++] = found;
-      else {
-        if (k == count)
-          k = static_cast<int>(std::max_element(of_surface.begin(), of_surface.end(),
-                                                [](const Minimum& a, const Minimum& b) {
-                                                  return a.distance < b.distance;
-                                                }) -
-                               of_surface.begin());
-        if (found.distance < of_surface[k].distance) of_surface[k] = found;
+        return;
       }
+      if (k == count)
+        k = static_cast<int>(std::max_element(of_surface.begin(), of_surface.end(),
+                                              [](const Minimum& a, const Minimum& b) {
+                                                return a.distance < b.distance;
+                                              }) -
+                             of_surface.begin());
+      if (found.distance < of_surface[k].distance) of_surface[k] = found;
     }
   };
 
@@ -178,16 +179,47 @@ class ContactFinder {
             turned(piece.tangent_begin, -piece.turn),
             piece.turn < 0.0,
             profile_.surface(piece, placed.offset),
-            piece.face,
-            placed.offset + piece.ahead};
+            piece.surface,
+            placed.offset + piece.surface_ahead,
+            placed.offset + piece.ahead,
+            piece.face};
   }
 
-  /// Whether the piece may come nearer to a point of its frame's sector than the usual reach. By
-  /// points of the piece; between two of them it is nearer by half their distance at most.
-  bool may_be_in_reach(const Piece& piece) const
+  /// Lists for each cell of a sector the pieces that may come nearer than the usual reach to a
+  /// point in it. Cells are equal intervals of the tangent of the angle from the sector's centre
+  /// line. Of few pieces one list is faster than a look-up.
+  void make_cells()
+  {
+    constexpr std::size_t few = 8;
+    const std::size_t pieces = profile_.pieces().size();
+    const bool one = pieces <= few || profile_.sectors() < 4;
+    const std::size_t count = one ? 1 : std::min<std::size_t>(4 * pieces, 1024);
+    half_width_ = std::tan(0.5 * profile_.pitch());
+    cells_per_width_ = 0.5 * static_cast<double>(count) / half_width_;
+    cells_.resize(count);
+    const auto border = [&](std::size_t cell) {
+      const double share = static_cast<double>(cell) / static_cast<double>(count);
+      return one ? (share - 0.5) * profile_.pitch() : std::atan((2.0 * share - 1.0) * half_width_);
+    };
+    for (std::size_t cell = 0; cell < count; ++cell)
+      for (std::size_t i = 0; i < all_.size(); ++i)
+        if (may_be_in_reach(profile_.around()[i].piece, border(cell), border(cell + 1)))
+          cells_[cell].push_back(all_[i]);
+  }
+
+  std::size_t cell_of(Local at) const
+  {
+    const double place = (at.tangential / at.radial + half_width_) * cells_per_width_;
+    return std::min(static_cast<std::size_t>(std::max(place, 0.0)), cells_.size() - 1);
+  }
+
+  /// Whether a piece may come nearer than the usual reach to a point between two angles from the
+  /// centre line [rad]. By points of the piece; between two of them it is nearer by half their
+  /// distance at most.
+  bool may_be_in_reach(const Piece& piece, double low, double high) const
   {
     constexpr int parts = 64;
-    const double half_pitch = 0.5 * profile_.pitch(), between = piece.length / parts;
+    const double between = piece.length / parts;
     for (int i = 0; i <= parts; ++i) {
       const double share = static_cast<double>(i) / parts;
       const double sweep = piece.half_angle * (2.0 * share - 1.0);
@@ -196,59 +228,62 @@ class ContactFinder {
               ? piece.centre + std::abs(piece.arc_radius) *
                                    turned(piece.middle, piece.arc_radius > 0.0 ? sweep : -sweep)
               : piece.begin + share * piece.length * piece.tangent_begin;
-      const double beyond = std::abs(std::atan2(p.tangential, p.radial)) - half_pitch;
-      const double off = beyond <= 0.0       ? 0.0
-                         : beyond < 0.5 * pi ? length(p) * std::sin(beyond)
-                                             : length(p);
+      const double angle = std::atan2(p.tangential, p.radial);
+      const double beyond = std::max({low - angle, angle - high, 0.0});
+      const double off = beyond < 0.5 * pi ? length(p) * std::sin(beyond) : length(p);
       if (off - between <= reach_) return true;
     }
     return false;
   }
 
+  /// Adds the local minima on the pieces and on the convex edges where they begin. The ends of
+  /// pieces reach a little too far, so that no point falls between two; of two that claim it the
+  /// nearer counts, as they are of one surface.
   void search(const std::vector<Candidate>& candidates, Local at, double ball_radius,
               Minima& minima) const
   {
-    for (const Candidate& candidate : candidates) {
-      Minimum found;
-      if (!find_minimum(candidate, at, found)) continue;
-      found.candidate = &candidate;
-      if (std::abs(found.distance) < std::abs(minima.nearest.distance)) minima.nearest = found;
-      if (found.distance >= 0.0 && found.distance < ball_radius) minima.add(found);
+    double nearest = INFINITY;
+    for (const Candidate& c : candidates) {
+      const Local gap = at - c.begin;
+      const double along = dot(gap, c.tangent);
+      double distance;
+      bool at_edge = false;
+      if (c.arc_radius == 0.0) {
+        if (along > c.length + slack_) continue;
+        distance = cross(c.tangent, gap);
+        at_edge = along < -slack_;
+      } else {
+        const Local arm = at - c.centre;
+        const double from_centre = length(arm);
+        distance = c.arc_radius > 0.0 ? c.arc_radius - from_centre : from_centre + c.arc_radius;
+        at_edge = dot(arm, c.middle) < from_centre * c.cos_half_angle - slack_;
+        if (at_edge && along >= 0.0) continue;
+      }
+      if (at_edge) {
+        if (!c.begins_convex || dot(gap, c.before) < -slack_) continue;
+        distance = length(gap);
+      }
+      const double size = std::abs(distance);
+      if (size < nearest) {
+        nearest = size;
+        minima.nearest = {distance, &c, at_edge};
+      }
+      if (distance >= 0.0 && distance < ball_radius) minima.add({distance, &c, at_edge});
     }
   }
 
-  /// The local minimum of the distance on a piece and on the convex edge where it begins; false if
-  /// there is none. The ends reach a little too far, so that no point falls between two pieces;
-  /// of two that claim it the nearer counts, as they are of one surface.
-  bool find_minimum(const Candidate& c, Local at, Minimum& found) const
+  void search_from_wall(Local at, double ball_radius, Minima& minima) const
   {
-    const Local gap = at - c.begin;
-    const double along = dot(gap, c.tangent);
-    if (c.arc_radius == 0.0) {
-      if (along > c.length + slack_) return false;
-      if (along >= -slack_) {
-        found.distance = cross(c.tangent, gap);
-        return true;
-      }
-    } else {
-      const Local arm = at - c.centre;
-      const double from_centre = length(arm);
-      if (dot(arm, c.middle) >= from_centre * c.cos_half_angle - slack_) {
-        found.distance =
-            c.arc_radius > 0.0 ? c.arc_radius - from_centre : from_centre + c.arc_radius;
-        return true;
-      }
-      if (along >= 0.0) return false;
-    }
-    if (!c.begins_convex || dot(gap, c.before) < -slack_) return false;
-    found.distance = length(gap);
-    found.at_edge = true;
-    return true;
+    minima = {};
+    search(all_, at, ball_radius, minima);
+    if (!(minima.nearest.distance < 0.0)) return;
+    minima.count = 1;
+    minima.of_surface[0] = minima.nearest;
   }
 
-  Contacts contacts_at(const Minima& minima, Local at, double ball_radius, int sector) const
+  void make_contacts(const Minima& minima, Local at, double ball_radius, int sector,
+                     Contacts& result) const
   {
-    Contacts result;
     for (; result.count < minima.count; ++result.count) {
       const Minimum& minimum = minima.of_surface[result.count];
       const Candidate& c = *minimum.candidate;
@@ -257,10 +292,20 @@ class ContactFinder {
                                                  : (c.arc_radius > 0.0 ? -1.0 : 1.0) /
                                                        length(at - c.centre) * (at - c.centre);
       result.contact[result.count] = {
-          ball_radius - minimum.distance, profile_.surface_from(c.surface, sector), c.face,
-          detail::wrapped(sector + c.ahead, profile_.sectors()), frames_[sector].point(normal)};
+          ball_radius - minimum.distance,
+          profile_.surfaces_per_sector() * beside(sector, c.surface_ahead) + c.number, c.face,
+          beside(sector, c.ahead), frames_[sector].point(normal)};
     }
-    return result;
+  }
+
+  /// Sector that is so many, at most two, ahead of another. Without a division, which takes as long
+  /// as a search.
+  int beside(int sector, int ahead) const
+  {
+    const int n = profile_.sectors();
+    int k = sector + ahead;
+    while (k >= n) k -= n;
+    return k < 0 ? k + n : k;
   }
 
   /// Sector a point lies in, to single precision.
@@ -298,10 +343,12 @@ class ContactFinder {
   }
 
   Profile profile_;
-  double reach_;  ///< pieces farther from a sector are not in near_ [m]
+  double reach_;  ///< pieces farther from a cell are not in its list [m]
   double slack_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_;
-  std::vector<Frame> frames_;  ///< of the sectors' centre lines
-  std::vector<Candidate> near_, all_;
+  std::vector<Frame> frames_;                        ///< of the sectors' centre lines
+  double half_width_ = 0.0, cells_per_width_ = 0.0;  ///< of a sector, as tangents
+  std::vector<Candidate> all_;
+  std::vector<std::vector<Candidate>> cells_;  ///< those in reach of each cell
 };
 
 }  // namespace millscale::liner

@@ -226,13 +226,6 @@ class Profile {
     return surfaces_per_sector() * detail::wrapped(sector + piece.surface_ahead, sectors_) +
            piece.surface;
   }
-  /// Index of the surface that lies to a sector as `surface` to sector 0.
-  int surface_from(int surface, int sector) const
-  {
-    return groove_surfaces_.empty()
-               ? surface
-               : (surface + surfaces_per_sector() * sector) % (surfaces_per_sector() * sectors_);
-  }
   /// Whether a surface holds a piece of groove; the surface of a lifter does not.
   bool is_groove(int surface) const
   {

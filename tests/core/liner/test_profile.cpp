@@ -55,11 +55,16 @@ Profile smooth_wave(int sectors)
           0.1};
 }
 
-/// Profiles that are not of trapezoids, and one that is.
+/// Profiles that are not of trapezoids, one that is, and one of many pieces.
 std::vector<Profile> profiles()
 {
-  return {made_up(),       made_up(3, -2.0), made_up(16, 0.0),
-          smooth_wave(12), smooth_wave(24),  trapezoid_mill()};
+  return {made_up(),
+          made_up(3, -2.0),
+          made_up(16, 0.0),
+          smooth_wave(12),
+          smooth_wave(24),
+          trapezoid_mill(),
+          wall_profile(smooth_wave(12), 1e-4)};
 }
 
 /// Points of the whole liner, `per_piece` on each piece.
