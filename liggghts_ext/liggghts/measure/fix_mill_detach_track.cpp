@@ -199,7 +199,7 @@ void FixMillDetachTrack::mark_contacts()
   }
   for (const FixWallMill* wall : analytic_walls_)
     wall->mark_contacts(marks_, on_wall | in_contact, on_groove);
-  if (mill_fix_->meshes().empty()) return;
+  if (mill_fix_->meshes().fixes().empty()) return;
   for (int i = 0; i < balls; ++i) marks_[i] |= mesh_contacts(i);
 }
 
@@ -234,7 +234,7 @@ bool FixMillDetachTrack::looks_at_carriers() const
 signed char FixMillDetachTrack::mesh_contacts(int i) const
 {
   signed char marks = 0;
-  for (FixMeshSurface* fix : mill_fix_->meshes()) {
+  for (FixMeshSurface* fix : mill_fix_->meshes().fixes()) {
     const FixContactHistoryMesh* contacts = fix->contactHistory();
     if (!contacts) continue;
     for (int j = 0; j < contacts->nneighs(i) && !(marks & on_groove); ++j) {

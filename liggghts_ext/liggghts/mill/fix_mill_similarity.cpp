@@ -73,7 +73,8 @@ struct FixMillSimilarity::Arguments {
   std::string profile_file;
 };
 
-FixMillSimilarity::FixMillSimilarity(LAMMPS* lmp, int narg, char** arg) : Fix(lmp, narg, arg)
+FixMillSimilarity::FixMillSimilarity(LAMMPS* lmp, int narg, char** arg)
+    : Fix(lmp, narg, arg), meshes_(lmp)
 {
   scalar_flag = vector_flag = 1;
   size_vector = published_size;
@@ -110,9 +111,9 @@ void FixMillSimilarity::parse(int narg, char** arg)
         "the physical mill needs radius, gravity, omega and ball_radius (m, m/s^2, rad/s, m)");
   normalise_directions();
   scaled_ = similarity::scale(mill, a.request);
-  physical_radius_ = mill.radius;
   make_liner(a);
-  check_meshes();
+  meshes_.check({{axis_, origin_}, scaled_.mill.radius, mill.radius, 1.0 / scaled_.base.length},
+                [this](const std::string& message) { warn(message); });
 }
 
 /// The deck states the liner of the scaled mill.
@@ -165,7 +166,7 @@ void FixMillSimilarity::parse_option(Arguments& a)
   else if (key == "origin")
     origin_ = a.list.vector(key);
   else if (key == "mesh")
-    find_mesh(a.list.word(key));
+    meshes_.add(a.list.word(key));
   else if (key == "centrifuging")
     a.request.allow_centrifuging = a.list.choice(key, "allow", "refuse");
   else if (key == "start") {
@@ -196,20 +197,6 @@ void FixMillSimilarity::normalise_directions()
                                 format(dot(axis_, down_)));
 }
 
-void FixMillSimilarity::find_mesh(const std::string& id)
-{
-  auto* mesh = dynamic_cast<FixMeshSurface*>(modify->find_fix_id(id.c_str()));
-  if (!mesh)
-    throw std::invalid_argument("mesh '" + id +
-                                "' is not the id of a fix mesh/surface defined before this fix");
-  if (mesh->mesh()->isMoving() || mesh->surfaceVel())
-    throw std::invalid_argument("mesh '" + id +
-                                "' is moved already, by a fix move/mesh or a surface "
-                                "velocity; remove that");
-  meshes_.push_back(mesh);
-  mesh_ids_.push_back(id);
-}
-
 int FixMillSimilarity::setmask()
 {
   return INITIAL_INTEGRATE | PRE_FORCE | POST_FORCE;  // PRE_FORCE for its set-up call
@@ -218,7 +205,7 @@ int FixMillSimilarity::setmask()
 void FixMillSimilarity::post_create()
 {
   nodes_angle_ = mill_angle();
-  for (FixMeshSurface* mesh : meshes_) {
+  for (FixMeshSurface* mesh : meshes_.fixes()) {
     // A mesh taken from a restart file stands where it stood; one read from its file is unturned.
     if (!mesh->recent_restart && nodes_angle_ != 0.0)
       mesh->mesh()->rotate(nodes_angle_, axis_.data(), origin_.data());
@@ -229,9 +216,7 @@ void FixMillSimilarity::post_create()
 void FixMillSimilarity::pre_delete(bool unfixflag)
 {
   if (!unfixflag) return;
-  for (std::size_t m = 0; m < meshes_.size(); ++m) {
-    FixMeshSurface* mesh = meshes_[m];
-    if (modify->find_fix_id(mesh_ids_[m].c_str()) != mesh || !mesh->mesh()->isMoving()) continue;
+  for (FixMeshSurface* mesh : meshes_.present()) {
     mesh->mesh()->unregisterMove(false, false, true);
     if (auto* v = mesh->mesh()->prop().getElementProperty<NodeVelocities>("v")) v->setAll(0.0);
   }
@@ -241,7 +226,7 @@ void FixMillSimilarity::init()
 {
   try {
     require_one_per_ball(*this, modify, atom, group, world);
-    check_meshes_are_there();
+    meshes_.check_present();
   } catch (const std::invalid_argument& problem) {
     fail(problem.what());
   }
@@ -254,7 +239,7 @@ void FixMillSimilarity::setup_pre_force(int)
 {
   // The engine has just stored the nodes as they stand for later rotations to start from.
   stored_angle_ = nodes_angle_;
-  for (FixMeshSurface* mesh : meshes_) {
+  for (FixMeshSurface* mesh : meshes_.fixes()) {
     auto& properties = mesh->mesh()->prop();
     if (!properties.getElementProperty<NodeVelocities>("v"))
       properties.addElementProperty<NodeVelocities>("v", "comm_exchange_borders", "frame_invariant",
@@ -273,7 +258,7 @@ void FixMillSimilarity::initial_integrate(int)
   last_step_ = update->ntimestep;
   const double angle = mill_angle();
   if (angle == nodes_angle_) return;
-  for (FixMeshSurface* mesh : meshes_)
+  for (FixMeshSurface* mesh : meshes_.fixes())
     mesh->mesh()->rotate(angle - stored_angle_, angle - nodes_angle_, axis_.data(), origin_.data());
   nodes_angle_ = angle;
   set_wall_velocity();
@@ -283,7 +268,7 @@ void FixMillSimilarity::set_wall_velocity()
 {
   const double speed = speed_now();
   const Vector omega{speed * axis_[0], speed * axis_[1], speed * axis_[2]};
-  for (FixMeshSurface* fix : meshes_) {
+  for (FixMeshSurface* fix : meshes_.fixes()) {
     TriMesh& mesh = *fix->triMesh();
     double*** velocity = mesh.prop().getElementProperty<NodeVelocities>("v")->begin();
     for (int i = 0; i < mesh.size(); ++i)
@@ -354,7 +339,7 @@ double FixMillSimilarity::compute_vector(int index)
     case time_s:
       return mill_time();
     case mesh_wobble:
-      return wobble_of_meshes();
+      return meshes_.wobble_now();
     case detach_angle_rad:
       return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
   }
@@ -408,4 +393,10 @@ void FixMillSimilarity::continue_rotation(const similarity::Rotation& before)
          " s, the deck says " + format(asked.start) + " s; give the same start, or 'now' to go on");
   }
   rotation_.set_speed(last_step_, asked.omega);
+}
+
+void FixMillSimilarity::warn(const std::string& message) const
+{
+  const std::string text = std::string("Fix ") + style + " (id " + id + "): " + message;
+  if (comm->me == 0) error->warning(FLERR, text.c_str());
 }

@@ -12,10 +12,9 @@
 #include "core/math/vector.h"
 #include "core/similarity/law.h"
 #include "core/similarity/rotation.h"
+#include "liggghts/mill/mesh_walls.h"
 
 namespace LAMMPS_NS {
-
-class FixMeshSurface;
 
 /// Derives the scaled mill's gravity and speed from the physical mill. Applies that gravity, turns
 /// the given wall meshes and hands the liner of the scaled mill to the styles that need it.
@@ -52,13 +51,7 @@ class FixMillSimilarity : public Fix {
   const millscale::Vector& axis() const { return axis_; }
   const millscale::Vector& down() const { return down_; }
   const millscale::Vector& origin() const { return origin_; }
-  const std::vector<FixMeshSurface*>& meshes() const { return meshes_; }
-  /// Of the meshes when the fix was made, from the axis over the radius.
-  double wobble() const { return wobble_; }
-  /// Whether a point, on the axis, is beyond the ends of the meshes.
-  bool past_mesh_end(const millscale::Vector& point) const;
-  /// Whether a mesh on this rank has a triangle in the direction of a point from the axis.
-  bool mesh_in_direction(const millscale::Vector& point) const;
+  const MeshWalls& meshes() const { return meshes_; }
 
  private:
   struct Arguments;
@@ -66,16 +59,8 @@ class FixMillSimilarity : public Fix {
   void parse_option(Arguments&);
   void make_liner(const Arguments&);
   void normalise_directions();
-  void find_mesh(const std::string& id);
   void continue_rotation(const millscale::similarity::Rotation& before);
   void set_wall_velocity();
-  void check_meshes_are_there() const;
-  void check_meshes();
-  void check_curvature(FixMeshSurface&, const std::string& id) const;
-  void check_centre();
-  void check_radius();
-  millscale::Vector centre_of_meshes() const;
-  double wobble_of_meshes() const;
   void warn(const std::string& message) const;
   [[noreturn]] void fail(const std::string& message);
 
@@ -88,11 +73,8 @@ class FixMillSimilarity : public Fix {
   bool states_liner_ = false;
 
   millscale::Vector axis_{0, 1, 0}, down_{0, 0, -1}, origin_{0, 0, 0};
-  double physical_radius_ = 0.0;  ///< [m]
-  std::vector<FixMeshSurface*> meshes_;
-  std::vector<std::string> mesh_ids_;
-  double wobble_ = 0.0, mesh_low_ = 0.0, mesh_high_ = 0.0;  ///< low, high: on the axis [m]
-  double nodes_angle_ = 0.0;                                ///< angle the mesh nodes stand at [rad]
+  MeshWalls meshes_;
+  double nodes_angle_ = 0.0;   ///< angle the mesh nodes stand at [rad]
   double stored_angle_ = 0.0;  ///< angle of the node positions the engine rotates from [rad]
   bigint last_step_ = 0;
 };

@@ -101,7 +101,7 @@ void FixMillGuard::init()
   try {
     mill_fix_ = mill_of(modify, mill_id_);
     const auto& mill = mill_fix_->scaled().mill;
-    speeds_every_ = mill_fix_->meshes().empty() ? speeds_every : speeds_every_with_mesh;
+    speeds_every_ = mill_fix_->meshes().fixes().empty() ? speeds_every : speeds_every_with_mesh;
     frame_ = mill_fix_->frame();
     speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);
     wall_ = std::make_unique<charge::WallGuard>(
@@ -237,14 +237,14 @@ charge::Circumstances FixMillGuard::circumstances_of(int i) const
   const Vector x = vector_of(atom->x[i]);
   const auto* analytic = first_fix<FixWallMill>(modify);
   const bool meshes = modify->n_fixes_style("wall/gran") > 0;
-  const bool turned = !mill_fix_->meshes().empty();
+  const bool turned = !mill_fix_->meshes().fixes().empty();
   found.walls = analytic || meshes;
   found.compared = analytic || turned || !meshes;
-  found.wobble = mill_fix_->wobble();
-  found.past_open_end = turned ? mill_fix_->past_mesh_end(x)
+  found.wobble = mill_fix_->meshes().wobble();
+  found.past_open_end = turned ? mill_fix_->meshes().past_end(x)
                                : analytic && !analytic->has_ends() && past_end_of_box(x);
-  found.hole =
-      turned && !found.past_open_end && wall_->near(at_rest(i)) && !mill_fix_->mesh_in_direction(x);
+  found.hole = turned && !found.past_open_end && wall_->near(at_rest(i)) &&
+               !mill_fix_->meshes().in_direction(x);
   const auto property = [&](const char* name) -> std::optional<double> {
     auto* fix = dynamic_cast<FixPropertyGlobal*>(modify->find_fix_property(
         name, "property/global", "peratomtype", atom->ntypes, 0, style, false));

@@ -1,3 +1,5 @@
+#include "liggghts/mill/mesh_walls.h"
+
 #include <mpi.h>
 
 #include <algorithm>
@@ -17,7 +19,6 @@
 #include "core/mesh/curvature_range.h"
 #include "core/mesh/triangle.h"
 #include "core/mesh/wall_around.h"
-#include "liggghts/mill/fix_mill_similarity.h"
 
 using namespace LAMMPS_NS;
 using millscale::degree;
@@ -26,10 +27,10 @@ namespace mesh = millscale::mesh;
 
 namespace {
 
-// The chords of a polygon of ten sides lie 5 % inside their circle; a liner's radius is not known
-// better than that where plates are curved or worn. A diameter, a unit or S is farther off.
+// The chords of a decagon lie 5 % inside their circle. The radius of a liner with curved or worn
+// plates is not known better. A wrong diameter, unit or S is farther off.
 constexpr double tolerance = 0.05;
-// What a mesh of CAD that is not regular, or has a door, has; a wrong origin is mostly more.
+// A CAD mesh that is irregular or has a door has this wobble; a wrong origin usually has more.
 constexpr double usual_wobble = 1e-3;
 
 double FixMeshSurface::*curvature_member();
@@ -42,14 +43,14 @@ struct PrivateMember {
 };
 template struct PrivateMember<&FixMeshSurface::curvature_>;
 
-/// Folds of less count as smooth [rad].
+/// Return the fold below which the engine takes an edge for smooth [rad].
 double curvature_of(const FixMeshSurface& fix)
 {
   const double cosine = fix.*curvature_member();
   return std::acos(cosine > 0.0 ? cosine : 1.0 - EPSILON_CURVATURE);  // not given: the engine's
 }
 
-/// Of this rank: all before the first run, then those in its part of the box.
+/// Return this rank's triangles: all before the first run, then those in its subdomain.
 std::vector<mesh::Triangle> triangles_of(FixMeshSurface& fix)
 {
   std::vector<mesh::Triangle> triangles(fix.triMesh()->sizeLocal());
@@ -58,7 +59,7 @@ std::vector<mesh::Triangle> triangles_of(FixMeshSurface& fix)
   return triangles;
 }
 
-/// To three digits: what is measured on a mesh is not known better.
+/// Format to three digits, the accuracy of a measurement on a mesh.
 std::string about(double x)
 {
   char words[32];
@@ -74,27 +75,51 @@ std::string about(const Vector& v)
 
 }  // namespace
 
-/// Throws std::invalid_argument if a fix was removed or is another one by now.
-void FixMillSimilarity::check_meshes_are_there() const
+void MeshWalls::add(const std::string& id)
 {
-  for (std::size_t m = 0; m < meshes_.size(); ++m)
-    if (modify->find_fix_id(mesh_ids_[m].c_str()) != meshes_[m] || !meshes_[m]->mesh()->isMoving())
-      throw std::invalid_argument("mesh '" + mesh_ids_[m] +
+  auto* mesh = dynamic_cast<FixMeshSurface*>(modify->find_fix_id(id.c_str()));
+  if (!mesh)
+    throw std::invalid_argument("mesh '" + id +
+                                "' is not the id of a fix mesh/surface defined before this fix");
+  if (mesh->mesh()->isMoving() || mesh->surfaceVel())
+    throw std::invalid_argument("mesh '" + id +
+                                "' is moved already, by a fix move/mesh or a surface "
+                                "velocity; remove that");
+  fixes_.push_back(mesh);
+  ids_.push_back(id);
+}
+
+std::vector<FixMeshSurface*> MeshWalls::present() const
+{
+  std::vector<FixMeshSurface*> found;
+  for (std::size_t m = 0; m < fixes_.size(); ++m)
+    if (modify->find_fix_id(ids_[m].c_str()) == fixes_[m] && fixes_[m]->mesh()->isMoving())
+      found.push_back(fixes_[m]);
+  return found;
+}
+
+void MeshWalls::check_present() const
+{
+  const std::vector<FixMeshSurface*> found = present();
+  for (std::size_t m = 0; m < fixes_.size(); ++m)
+    if (std::find(found.begin(), found.end(), fixes_[m]) == found.end())
+      throw std::invalid_argument("mesh '" + ids_[m] +
                                   "' was removed or defined anew; define fix mill/similarity again "
                                   "after it, without `unfix` of the mesh alone");
 }
 
-void FixMillSimilarity::check_meshes()
+void MeshWalls::check(const Mill& mill, const Warn& warn)
 {
-  if (meshes_.empty()) return;
-  for (std::size_t m = 0; m < meshes_.size(); ++m) check_curvature(*meshes_[m], mesh_ids_[m]);
-  check_centre();
-  check_radius();
+  mill_ = mill;
+  if (fixes_.empty()) return;
+  for (std::size_t m = 0; m < fixes_.size(); ++m) check_curvature(*fixes_[m], ids_[m]);
+  check_centre(warn);
+  check_radius(warn);
 }
 
-void FixMillSimilarity::check_curvature(FixMeshSurface& fix, const std::string& id) const
+void MeshWalls::check_curvature(FixMeshSurface& fix, const std::string& id) const
 {
-  const mesh::CurvatureRange range = mesh::curvature_range(triangles_of(fix), {axis_, origin_});
+  const mesh::CurvatureRange range = mesh::curvature_range(triangles_of(fix), mill_.axis);
   double high = range.high;
   MPI_Allreduce(MPI_IN_PLACE, &high, 1, MPI_DOUBLE, MPI_MIN, world);
   const double curvature = curvature_of(fix);
@@ -111,31 +136,31 @@ void FixMillSimilarity::check_curvature(FixMeshSurface& fix, const std::string& 
       about(advised / degree) + "` to fix mesh/surface");
 }
 
-Vector FixMillSimilarity::centre_of_meshes() const
+Vector MeshWalls::centre() const
 {
   mesh::AreaSums sums;
-  for (FixMeshSurface* fix : meshes_)
+  for (FixMeshSurface* fix : fixes_)
     for (const mesh::Triangle& t : triangles_of(*fix)) sums.add(t);
   MPI_Allreduce(MPI_IN_PLACE, &sums.area, 1, MPI_DOUBLE, MPI_SUM, world);
   MPI_Allreduce(MPI_IN_PLACE, sums.moment.data(), 3, MPI_DOUBLE, MPI_SUM, world);
-  return sums.area > 0.0 ? sums.centre() : origin_;
+  return sums.area > 0.0 ? sums.centre() : mill_.axis.origin;
 }
 
-double FixMillSimilarity::wobble_of_meshes() const
+double MeshWalls::wobble_now() const
 {
-  const Vector off = mesh::Axis{axis_, origin_}.radial(centre_of_meshes());
-  return std::sqrt(millscale::dot(off, off)) / scaled_.mill.radius;
+  const Vector off = mill_.axis.radial(centre());
+  return std::sqrt(millscale::dot(off, off)) / mill_.radius;
 }
 
-void FixMillSimilarity::check_centre()
+void MeshWalls::check_centre(const Warn& warn)
 {
-  const double wobble = wobble_ = wobble_of_meshes();
+  const double wobble = wobble_ = wobble_now();
   if (wobble <= usual_wobble) return;
-  const std::string found = "the centre of the meshes' area is " +
-                            about(wobble * scaled_.mill.radius) + " m off the axis, " +
-                            about(wobble) + " of the scaled mill's radius (f_ID[14])";
+  const std::string found = "the centre of the meshes' area is " + about(wobble * mill_.radius) +
+                            " m off the axis, " + about(wobble) +
+                            " of the scaled mill's radius (f_ID[14])";
   const std::string advice =
-      "give `origin " + about(centre_of_meshes()) +
+      "give `origin " + about(centre()) +
       "`, or check axis, move and scale of fix mesh/surface, and the mesh for missing parts";
   if (wobble > tolerance)
     throw std::invalid_argument("origin: " + found + ", accepted is " + about(tolerance) + "; " +
@@ -144,60 +169,53 @@ void FixMillSimilarity::check_centre()
        advice);
 }
 
-void FixMillSimilarity::check_radius()
+void MeshWalls::check_radius(const Warn& warn)
 {
-  const mesh::Axis axis{axis_, origin_};
+  const mesh::Axis& axis = mill_.axis;
   double ends[2] = {INFINITY, INFINITY};  // lower, and minus the upper
-  for (FixMeshSurface* fix : meshes_)
+  for (FixMeshSurface* fix : fixes_)
     for (const mesh::Triangle& t : triangles_of(*fix))
       for (const Vector& node : t) {
         ends[0] = std::min(ends[0], axis.along(node));
         ends[1] = std::min(ends[1], -axis.along(node));
       }
   MPI_Allreduce(MPI_IN_PLACE, ends, 2, MPI_DOUBLE, MPI_MIN, world);
-  mesh_low_ = ends[0];
-  mesh_high_ = -ends[1];
-  mesh::WallAround around(axis, mesh_low_, mesh_high_);
-  for (FixMeshSurface* fix : meshes_)
+  low_ = ends[0];
+  high_ = -ends[1];
+  mesh::WallAround around(axis, low_, high_);
+  for (FixMeshSurface* fix : fixes_)
     for (const mesh::Triangle& t : triangles_of(*fix)) around.add(t);
   std::vector<double>& nearest = around.nearest();
   MPI_Allreduce(MPI_IN_PLACE, nearest.data(), static_cast<int>(nearest.size()), MPI_DOUBLE, MPI_MIN,
                 world);
-  if (mesh_low_ > mesh_high_)
+  if (low_ > high_)
     throw std::invalid_argument(
         "mesh: the engine found no triangle in the files of the meshes; export them as text, or "
         "begin the header of a binary file with a word that is not `solid`");
-  const double factor = around.radius() / scaled_.mill.radius;
+  const double factor = around.radius() / mill_.radius;
   if (!(std::abs(factor - 1.0) <= tolerance))
-    throw std::invalid_argument("radius: the wall of the meshes is " + about(around.radius()) +
-                                " m from the axis, that of the scaled mill " +
-                                about(scaled_.mill.radius) + " m, a factor of " + about(factor) +
-                                ", accepted is " + about(1.0 - tolerance) + " to " +
-                                about(1.0 + tolerance) + "; " +
-                                mesh::advice_on_factor(factor, 1.0 / scaled_.base.length,
-                                                       about(factor * physical_radius_)));
+    throw std::invalid_argument(
+        "radius: the wall of the meshes is " + about(around.radius()) +
+        " m from the axis, that of the scaled mill " + about(mill_.radius) + " m, a factor of " +
+        about(factor) + ", accepted is " + about(1.0 - tolerance) + " to " +
+        about(1.0 + tolerance) + "; " +
+        mesh::advice_on_factor(factor, mill_.S, about(factor * mill_.physical_radius)));
   if (around.open() > 0.0)
     warn("mesh: from the axis no wall is seen in " + about(100.0 * around.open()) +
          " % of the directions; if the liner has no openings, check mesh, axis and origin");
 }
 
-bool FixMillSimilarity::past_mesh_end(const Vector& point) const
+bool MeshWalls::past_end(const Vector& point) const
 {
-  const double along = mesh::Axis{axis_, origin_}.along(point);
-  return along < mesh_low_ || along > mesh_high_;
+  const double along = mill_.axis.along(point);
+  return along < low_ || along > high_;
 }
 
-bool FixMillSimilarity::mesh_in_direction(const Vector& point) const
+bool MeshWalls::in_direction(const Vector& point) const
 {
-  const mesh::Axis axis{axis_, origin_};
-  for (FixMeshSurface* fix : meshes_)
+  const mesh::Axis& axis = mill_.axis;
+  for (FixMeshSurface* fix : fixes_)
     for (const mesh::Triangle& t : triangles_of(*fix))
       if (mesh::in_direction(t, axis, point)) return true;
   return false;
-}
-
-void FixMillSimilarity::warn(const std::string& message) const
-{
-  const std::string words = std::string("Fix ") + style + " (id " + id + "): " + message;
-  if (comm->me == 0) error->warning(FLERR, words.c_str());
 }
