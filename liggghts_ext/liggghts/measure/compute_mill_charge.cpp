@@ -12,7 +12,7 @@
 #include "update.h"
 
 #include "core/math/constants.h"
-#include "liggghts/common/argument_list.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/style_liner.h"
 
@@ -66,18 +66,13 @@ ComputeMillCharge::~ComputeMillCharge()
 
 void ComputeMillCharge::parse(int narg, char** arg, int first)
 {
-  millscale::ArgumentList list(narg, arg, first);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (liner_arguments_.read(key, list)) continue;
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "box_angle")
-      box_angle_ = list.number(key);
-    else
-      throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, " +
-                                  millscale::LinerArguments::keywords + ", box_angle");
-  }
+  millscale::Keywords keywords;
+  keywords.word("mill", mill_id_);
+  liner_arguments_.add_to(keywords);
+  keywords
+      .add("box_angle",
+           [this](millscale::ArgumentList& list) { box_angle_ = list.number("box_angle"); })
+      .parse({narg, arg, first});
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
 }

@@ -17,7 +17,7 @@
 #include "tri_mesh.h"
 #include "update.h"
 
-#include "liggghts/common/argument_list.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/style_liner.h"
@@ -83,26 +83,17 @@ FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg)
 
 void FixMillDetachTrack::parse(int narg, char** arg)
 {
-  millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "lifters")
-      lifters_ = list.count(key, millscale::liner::most_sectors);
-    else if (key == "lifter_top_radius")
-      lifter_top_radius_ = list.positive(key);
-    else if (key == "phase")
-      phase_ = list.number(key);
-    else if (key == "gap")
-      gap_ = list.positive(key);
-    else if (key == "force_tolerance")
-      force_tolerance_ = list.positive(key);
-    else
-      throw std::invalid_argument("unknown keyword '" + key +
-                                  "'; accepted are mill, lifters, "
-                                  "lifter_top_radius, phase, gap, force_tolerance");
-  }
+  millscale::Keywords()
+      .word("mill", mill_id_)
+      .add("lifters",
+           [this](millscale::ArgumentList& list) {
+             lifters_ = list.count("lifters", millscale::liner::most_sectors);
+           })
+      .positive("lifter_top_radius", lifter_top_radius_)
+      .number("phase", phase_)
+      .positive("gap", gap_)
+      .positive("force_tolerance", force_tolerance_)
+      .parse({narg, arg, 3});
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
   liner_given_ = lifters_ > 0 || lifter_top_radius_ > 0.0 || phase_ != 0.0;

@@ -18,7 +18,7 @@
 #include "update.h"
 
 #include "core/liner/profile_file.h"
-#include "liggghts/common/argument_list.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/common/one_per_ball.h"
 #include "liggghts/mill/liner_arguments.h"
 
@@ -66,7 +66,6 @@ liner::Profile profile_in(const std::string& file)
 }  // namespace
 
 struct FixMillSimilarity::Arguments {
-  millscale::ArgumentList list;
   similarity::OperatingPoint physical{};
   similarity::ScalingRequest request;
   millscale::LinerArguments liner;
@@ -103,8 +102,32 @@ void FixMillSimilarity::fail(const std::string& message)
 
 void FixMillSimilarity::parse(int narg, char** arg)
 {
-  Arguments a{{narg, arg, 3}, {}, {}, {}, {}};
-  while (!a.list.done()) parse_option(a);
+  using millscale::ArgumentList;
+  Arguments a;
+  millscale::Keywords keywords;
+  keywords.number("radius", a.physical.radius)
+      .number("gravity", a.physical.gravity)
+      .number("omega", a.physical.omega)
+      .number("ball_radius", a.physical.ball_radius)
+      .number("scale", a.request.S)
+      .add("scheme",
+           [&a](ArgumentList& list) {
+             a.request.scheme = similarity::scheme_from_name(list.word("scheme"));
+           })
+      .number("time_factor", a.request.time_factor)
+      .add("policy",
+           [&a](ArgumentList& list) {
+             a.request.policy = similarity::policy_from_name(list.word("policy"));
+           })
+      .vector("axis", axis_)
+      .vector("down", down_)
+      .vector("origin", origin_)
+      .add("start", [this](ArgumentList& list) { read_start(list.word("start")); })
+      .add("mesh", [this](ArgumentList& list) { meshes_.add(list.word("mesh")); })
+      .choice("centrifuging", "allow", "refuse", a.request.allow_centrifuging)
+      .word("profile", a.profile_file);
+  a.liner.add_to(keywords);
+  keywords.parse({narg, arg, 3});
   const similarity::OperatingPoint& mill = a.physical;
   if (mill.radius == 0.0 || mill.gravity == 0.0 || mill.omega == 0.0 || mill.ball_radius == 0.0)
     throw std::invalid_argument(
@@ -137,51 +160,14 @@ void FixMillSimilarity::make_liner(const Arguments& a)
                                 format(radius) + " m; give the liner of the scaled mill");
 }
 
-void FixMillSimilarity::parse_option(Arguments& a)
+/// when: a time in s, `now` or `never`.
+void FixMillSimilarity::read_start(const std::string& when)
 {
-  const std::string key = a.list.word("a keyword");
-  if (a.liner.read(key, a.list)) return;
-  if (key == "profile")
-    a.profile_file = a.list.word(key);
-  else if (key == "radius")
-    a.physical.radius = a.list.number(key);
-  else if (key == "gravity")
-    a.physical.gravity = a.list.number(key);
-  else if (key == "omega")
-    a.physical.omega = a.list.number(key);
-  else if (key == "ball_radius")
-    a.physical.ball_radius = a.list.number(key);
-  else if (key == "scale")
-    a.request.S = a.list.number(key);
-  else if (key == "scheme")
-    a.request.scheme = similarity::scheme_from_name(a.list.word(key));
-  else if (key == "time_factor")
-    a.request.time_factor = a.list.number(key);
-  else if (key == "policy")
-    a.request.policy = similarity::policy_from_name(a.list.word(key));
-  else if (key == "axis")
-    axis_ = a.list.vector(key);
-  else if (key == "down")
-    down_ = a.list.vector(key);
-  else if (key == "origin")
-    origin_ = a.list.vector(key);
-  else if (key == "mesh")
-    meshes_.add(a.list.word(key));
-  else if (key == "centrifuging")
-    a.request.allow_centrifuging = a.list.choice(key, "allow", "refuse");
-  else if (key == "start") {
-    const std::string when = a.list.word(key);
-    starts_at_creation_ = when == "now";
-    if (when == "never")
-      rotation_.start = std::numeric_limits<double>::infinity();
-    else if (!starts_at_creation_)
-      rotation_.start = millscale::number(when, "start (a time in s, now, or never)");
-  } else
-    throw std::invalid_argument(
-        "unknown keyword '" + key +
-        "'; accepted are radius, gravity, omega, ball_radius, scale, scheme, "
-        "time_factor, policy, axis, down, origin, start, mesh, centrifuging, profile, " +
-        millscale::LinerArguments::keywords);
+  starts_at_creation_ = when == "now";
+  if (when == "never")
+    rotation_.start = std::numeric_limits<double>::infinity();
+  else if (!starts_at_creation_)
+    rotation_.start = millscale::number(when, "start (a time in s, now, or never)");
 }
 
 void FixMillSimilarity::normalise_directions()

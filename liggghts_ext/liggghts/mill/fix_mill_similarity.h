@@ -56,7 +56,7 @@ class FixMillSimilarity : public Fix {
  private:
   struct Arguments;
   void parse(int narg, char** arg);
-  void parse_option(Arguments&);
+  void read_start(const std::string& when);
   void make_liner(const Arguments&);
   void normalise_directions();
   void continue_rotation(const millscale::similarity::Rotation& before);

@@ -3,40 +3,34 @@
 #include <string>
 
 #include "core/liner/lifters.h"
-#include "liggghts/common/argument_list.h"
+#include "liggghts/common/keywords.h"
 
 namespace millscale {
 
 /// The liner as the arguments of a style state it.
 class LinerArguments {
  public:
-  /// Keywords, for the error that names what a style accepts.
+  /// The keywords, for error messages.
   static constexpr const char* keywords =
       "lifters, lifter_top_radius, lifter_top_width, groove_width, phase";
 
-  /// Reads the value of a keyword of the liner's shape [m, rad]; false if it is none.
-  bool read(const std::string& key, ArgumentList& list)
+  /// Add the keywords of the liner's shape [m, rad].
+  void add_to(Keywords& accepted)
   {
-    if (key == "lifters")
-      widths_.lifters = list.count(key, liner::most_sectors);
-    else if (key == "lifter_top_radius")
-      widths_.lifter_top_radius = list.number(key);
-    else if (key == "lifter_top_width")
-      widths_.lifter_top_width = list.number(key);
-    else if (key == "groove_width")
-      widths_.groove_width = list.number(key);
-    else if (key == "phase")
-      widths_.phase = list.number(key);
-    else
-      return false;
-    given_ = true;
-    return true;
+    accepted.add("lifters", [this](ArgumentList& list) {
+      widths_.lifters = list.count("lifters", liner::most_sectors);
+      given_ = true;
+    });
+    add_number(accepted, "lifter_top_radius", widths_.lifter_top_radius);
+    add_number(accepted, "lifter_top_width", widths_.lifter_top_width);
+    add_number(accepted, "groove_width", widths_.groove_width);
+    add_number(accepted, "phase", widths_.phase);
   }
 
-  /// Whether any keyword was read; if not, the liner is a plain drum.
+  /// Return whether any keyword was read; without one, the liner is a plain drum.
   bool given() const { return given_; }
 
-  /// The liner in a mill of a radius [m].
+  /// Return the widths of the liner in a mill of a radius [m].
   liner::Widths widths(double radius) const
   {
     liner::Widths widths = widths_;
@@ -45,6 +39,14 @@ class LinerArguments {
   }
 
  private:
+  void add_number(Keywords& accepted, const char* key, double& value)
+  {
+    accepted.add(key, [this, key, &value](ArgumentList& list) {
+      value = list.number(key);
+      given_ = true;
+    });
+  }
+
   liner::Widths widths_;
   bool given_ = false;
 };

@@ -20,9 +20,9 @@
 
 #include "core/contact/time_step.h"
 #include "core/math/constants.h"
-#include "liggghts/common/argument_list.h"
 #include "liggghts/common/end_run.h"
 #include "liggghts/common/first_fix.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/style_liner.h"
@@ -69,23 +69,13 @@ FixMillGuard::FixMillGuard(LAMMPS* lmp, int narg, char** arg)
 
 void FixMillGuard::parse(int narg, char** arg)
 {
-  millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) {
-    const std::string key = list.word("a keyword");
-    if (liner_arguments_.read(key, list)) continue;
-    if (key == "mill")
-      mill_id_ = list.word(key);
-    else if (key == "every")
-      every_ = list.count(key);
-    else if (key == "overlap")
-      overlap_limit_ = list.positive(key);
-    else if (key == "speed")
-      speed_ = list.positive(key);
-    else
-      throw std::invalid_argument("unknown keyword '" + key +
-                                  "'; accepted are mill, every, overlap, speed, " +
-                                  millscale::LinerArguments::keywords);
-  }
+  millscale::Keywords keywords;
+  keywords.word("mill", mill_id_)
+      .count("every", every_)
+      .positive("overlap", overlap_limit_)
+      .positive("speed", speed_);
+  liner_arguments_.add_to(keywords);
+  keywords.parse({narg, arg, 3});
   if (mill_id_.empty())
     throw std::invalid_argument("mill: the id of a fix mill/similarity is needed");
   if (every_ < 1) throw std::invalid_argument("every: expected a number of steps >= 1, got 0");

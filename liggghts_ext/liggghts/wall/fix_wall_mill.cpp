@@ -16,9 +16,9 @@
 #include "core/contact/damping_limit.h"
 #include "core/liner/groove_box.h"
 #include "core/liner/nearest.h"
-#include "liggghts/common/argument_list.h"
 #include "liggghts/common/contact_laws.h"
 #include "liggghts/common/first_fix.h"
+#include "liggghts/common/keywords.h"
 #include "liggghts/common/one_per_ball.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/mill/fix_mill_similarity.h"
@@ -89,38 +89,29 @@ FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
 
 void FixWallMill::parse(int narg, char** arg)
 {
-  millscale::ArgumentList list(narg, arg, 3);
-  while (!list.done()) parse_keyword(list.word("a keyword"), list);
+  millscale::Keywords keywords;
+  keywords.word("mill", mill_id_).count("type", wall_type_);
+  liner_arguments_.add_to(keywords);
+  keywords
+      .add("groove",
+           [this](millscale::ArgumentList& list) {
+             const bool polygon = list.choice("groove", "polygon", "arc");
+             chord_error_ = polygon ? list.positive("groove polygon") : 0.0;
+           })
+      .add("ends",
+           [this](millscale::ArgumentList& list) {
+             const double low = list.number("ends, lower"), high = list.number("ends, upper");
+             ends_ = liner::EndWalls{low, high};
+             ends_->check();
+           })
+      .choice("end_motion", "mill", "rest", ends_turn_)
+      .choice("rolling_friction", "cdt", "off", terms_.rolling)
+      .choice("tangential_damping", "bounded", "on", terms_.limited_damping)
+      .parse({narg, arg, 3});
   if (wall_type_ < 1 || wall_type_ > atom->ntypes)
     throw std::invalid_argument("type: the wall's atom type must be 1 to " +
                                 std::to_string(atom->ntypes) + ", got " +
                                 std::to_string(wall_type_));
-}
-
-void FixWallMill::parse_keyword(const std::string& key, millscale::ArgumentList& list)
-{
-  if (liner_arguments_.read(key, list)) return;
-  if (key == "mill")
-    mill_id_ = list.word(key);
-  else if (key == "type")
-    wall_type_ = list.count(key);
-  else if (key == "groove")
-    chord_error_ = list.choice(key, "polygon", "arc") ? list.positive("groove polygon") : 0.0;
-  else if (key == "ends") {
-    const double low = list.number("ends, lower"), high = list.number("ends, upper");
-    ends_ = liner::EndWalls{low, high};
-    ends_->check();
-  } else if (key == "end_motion")
-    ends_turn_ = list.choice(key, "mill", "rest");
-  else if (key == "rolling_friction")
-    terms_.rolling = list.choice(key, "cdt", "off");
-  else if (key == "tangential_damping")
-    terms_.limited_damping = list.choice(key, "bounded", "on");
-  else
-    throw std::invalid_argument("unknown keyword '" + key + "'; accepted are mill, type, " +
-                                millscale::LinerArguments::keywords +
-                                ", groove, ends, end_motion, rolling_friction, "
-                                "tangential_damping");
 }
 
 liner::Widths FixWallMill::widths() const

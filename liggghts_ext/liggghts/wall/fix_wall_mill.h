@@ -11,10 +11,6 @@
 #include "liggghts/common/fix_per_ball_rows.h"
 #include "liggghts/mill/liner_arguments.h"
 
-namespace millscale {
-class ArgumentList;
-}
-
 namespace LAMMPS_NS {
 
 class FixContactDamping;
@@ -75,7 +71,6 @@ class FixWallMill : public FixPerBallRows {
   };
 
   void parse(int narg, char** arg);
-  void parse_keyword(const std::string& key, millscale::ArgumentList& list);
   void take_liner();
   void check_box() const;
   double largest_ball() const;
