@@ -21,7 +21,12 @@ from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.cases.cost import wall_time
 from millscale.errors import CampaignError, PredictionError, nearest
-from millscale.prediction.error_model import ErrorModel, ObservableError, expected_half_width
+from millscale.prediction.error_model import (
+    ErrorModel,
+    ObservableError,
+    expected_half_width,
+    planned_noise,
+)
 from millscale.prediction.extrapolation import ExtrapolationError
 from millscale.prediction.observables import OBSERVABLES
 from millscale.runs.case_file import Case
@@ -30,10 +35,13 @@ from millscale.runs.case_file import Case
 SLICE_DIAMETERS = 4.0
 # Steady from about 7 rad on in the mills that were tried; the rest is for the means [rad].
 ROTATION_RAD = 12.0
-RATIOS = tuple(round(1.1 + 0.1 * i, 1) for i in range(26))  # 1.1 to 3.6
+# Up to the largest S whose extrapolation was compared with S = 1.
+RATIOS = tuple(round(1.1 + 0.1 * i, 1) for i in range(21))
 # Values of S nearer together than this only add noise.
 LEAST_SPREAD = 1.3
 SEEDS = (1, 2, 3)
+# Observables that a plan is for if none is named.
+USUAL = ("power", "toe_angle_rad", "solid_fraction")
 
 
 @dataclass(frozen=True)
@@ -99,7 +107,7 @@ def advise(
     Args:
         path: a campaign file with the physical mill and a [multi_ball] part.
         error: relative half width of the interval wanted.
-        observables: names of `observables.OBSERVABLES`; all that `errors` knows by default.
+        observables: names of `observables.OBSERVABLES`; `USUAL` by default.
         budget_s: most time on one core [s].
 
     Raises:
@@ -143,17 +151,16 @@ def _wanted(errors: ErrorModel, names: Sequence[str]) -> list[ObservableError]:
                 f"observable {name}{hint}; accepted: {', '.join(known)} "
                 f"(of {', '.join(row.name for row in OBSERVABLES)}, those whose errors are known)"
             )
-    return [known[name] for name in names] if names else list(known.values())
+    return [known[name] for name in names or [x for x in USUAL if x in known]]
 
 
 def _designs(scenes: _Scenes, wanted: Sequence[ObservableError], level: float) -> Iterator[Design]:
     costs = {S: cost for S in (1.0, *RATIOS) if (cost := scenes.cost(S)) is not None}
     if 1.0 in costs:
-        yield Design(((1.0, 1),), costs[1.0], {x.name: _noise(x, 1, level) for x in wanted})
-    for S, seeds in itertools.product(RATIOS, SEEDS):
+        yield from _alone(1.0, costs[1.0], wanted, level)
+    for S in RATIOS:
         if S in costs:
-            widths = {x.name: abs(x.bias(S)) + _noise(x, seeds, level) for x in wanted}
-            yield Design(((S, seeds),), seeds * costs[S], widths)
+            yield from _alone(S, costs[S], wanted, level)
     for near, far in itertools.combinations(sorted(S for S in costs if S > 1.0), 2):
         if far < LEAST_SPREAD * near:
             continue
@@ -167,10 +174,22 @@ def _designs(scenes: _Scenes, wanted: Sequence[ObservableError], level: float) -
             yield Design(mills, costs[near] + seeds * costs[far], widths)
 
 
-def _noise(error: ObservableError, seeds: int, level: float) -> float:
-    """Return the half width from the noise of runs of one S."""
-    factor = float(stdtrit(min(error.freedom, 1e9), 0.5 * (1.0 + level)))
-    return factor * error.deviation / math.sqrt(seeds)
+def _alone(
+    S: float, cost: float, wanted: Sequence[ObservableError], level: float
+) -> Iterator[Design]:
+    """Yield the designs of one mill; a scaled one counts with its whole error."""
+    for seeds in SEEDS:
+        mills = ((S, seeds),)
+        widths = {}
+        for error in wanted:
+            try:
+                noise = planned_noise(error, mills)
+            except ExtrapolationError:
+                break
+            factor = float(stdtrit(noise.freedom, 0.5 * (1.0 + level)))
+            widths[error.name] = abs(error.bias(S)) + factor * noise.deviation / math.sqrt(seeds)
+        else:
+            yield Design(mills, seeds * cost, widths)
 
 
 class _Scenes:

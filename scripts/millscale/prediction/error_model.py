@@ -15,13 +15,22 @@ from typing import Any
 import msgspec
 
 from millscale.errors import PredictionError
-from millscale.prediction.extrapolation import Group, Noise, extrapolate, scale_function
+from millscale.prediction.extrapolation import (
+    ExtrapolationError,
+    Group,
+    Noise,
+    extrapolate,
+    scale_function,
+)
+from millscale.prediction.noise import FEWEST_SEED_FREEDOM, WITH_PITCHES
 from millscale.prediction.predict import Prediction
 
 SCHEMA = 1
 BUILT_IN = Path(__file__).with_name("error_model.json")
 # The exponent at which slopes are stored: the middle of the prior of `extrapolation`.
 EXPONENT = 0.5
+# Lifter pitches of a planned run in the steady window, less one: 5 rad of 25 lifters.
+PLANNED_PITCHES = 19.0
 # Angles have no scale of their own: their errors are shares of a radian.
 ANGLES = frozenset({"toe_angle_rad"})
 
@@ -126,4 +135,18 @@ def expected_half_width(
         ExtrapolationError: the values of S do not allow an extrapolation.
     """
     groups = [Group(S, (1.0 + error.bias(S),) * seeds) for S, seeds in ratios]
-    return extrapolate(groups, Noise(error.deviation, error.freedom), level).half_width
+    return extrapolate(groups, planned_noise(error, ratios), level).half_width
+
+
+def planned_noise(error: ObservableError, ratios: Sequence[tuple[float, int]]) -> Noise:
+    """Return the noise that a prediction from planned runs will find (`noise.noise_of`).
+
+    Raises:
+        ExtrapolationError: the runs have too few seeds to find it.
+    """
+    freedom = sum(seeds - 1 for _, seeds in ratios)
+    if freedom >= FEWEST_SEED_FREEDOM:
+        return Noise(error.deviation, float(freedom))
+    if error.name in WITH_PITCHES:
+        return Noise(error.deviation, PLANNED_PITCHES * len(ratios))
+    raise ExtrapolationError(f"{error.name}: its noise is found from three seeds at least")

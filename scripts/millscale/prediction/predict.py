@@ -20,8 +20,8 @@ from millscale.prediction.extrapolation import (
     Group,
     Noise,
     extrapolate,
-    pooled_noise,
 )
+from millscale.prediction.noise import noise_of
 from millscale.prediction.observables import (
     OBSERVABLES,
     Observable,
@@ -36,8 +36,6 @@ SCHEMA = 1
 SAME_FILLING = 0.01
 # Residuals that only one mill in a hundred would have if the law held refuse the law.
 LEAST_RESIDUAL_PROBABILITY = 0.01
-# Fewer degrees of freedom make Student's factor so wide that the scatter of the pitches is better.
-FEWEST_SEED_FREEDOM = 2
 
 
 @dataclass(frozen=True)
@@ -311,7 +309,7 @@ def _predicted(
         return number
     if len(groups) < 2:
         return replace(number, refused="measured at fewer than two values of S")
-    noise, noise_from = _noise(observable.name, groups, charges)
+    noise, noise_from = noise_of(observable.name, groups, charges)
     if noise is None:
         return replace(number, refused="its noise is not known: add a seed")
     try:
@@ -341,26 +339,6 @@ def _groups(
         Group(found[0][0], tuple(value for _, value in found))
         for _, found in sorted(by_ratio.items())
     ]
-
-
-def _noise(
-    name: str, groups: Sequence[Group], charges: Sequence[Charge]
-) -> tuple[Noise | None, str]:
-    """Return the noise of one run, and what it was found from.
-
-    From the seeds where they have degrees of freedom enough; else from the scatter of the lifter
-    pitches within each run, where the analysis gives it.
-    """
-    freedom = sum(len(group.values) - 1 for group in groups)
-    if freedom >= FEWEST_SEED_FREEDOM:
-        return pooled_noise(groups), "seeds"
-    errors = [charge.result.standard_error.get(name) for charge in charges]
-    known = [error for error in errors if error is not None]
-    if len(known) == len(charges):
-        # Whole pitches of each run, their dependence included (`steady.standard_error`).
-        count = sum(charge.result.pitches - 1 for charge in charges)
-        return Noise(math.sqrt(_mean(error**2 for error in known)), float(count)), "lifter pitches"
-    return (pooled_noise(groups), "seeds") if freedom else (None, "")
 
 
 def _contour(

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from millscale.formats import NONE, duration, number
 from millscale.prediction.advise import Advice
+from millscale.prediction.noise import PITCHES
 from millscale.prediction.predict import PredictedNumber, Prediction
 
 
@@ -62,7 +63,7 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
     used = ", ".join(f"S = {S}: {count}" for S, count in by_ratio.items())
     shown = f"; weights {', '.join(f'{w:+.2f}' for w in weights)}" if weights else ""
     yield f"runs by {prediction.scheme}, {prediction.policy}: {used}{shown}"
-    if any(row.noise_from == "lifter pitches" for row in prediction.numbers):
+    if any(row.noise_from == PITCHES for row in prediction.numbers):
         yield "noise from the scatter of lifter pitches: too few seeds to measure it"
     for name, why in prediction.excluded.items():
         yield f"not used: {name}: {why}"
