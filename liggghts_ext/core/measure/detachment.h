@@ -53,7 +53,7 @@ inline int sector(const Mill& mill, double psi, double mill_angle)
 
 enum class State { on_wall = 1, in_bed = 2, in_flight = 3 };
 
-/// What a ball feels and where it is at the end of a step.
+/// Contacts and position of a ball at the end of a step.
 struct Observation {
   bool liner_contact;  ///< touches the groove (not only a lifter)
   bool wall_contact;   ///< touches any part of the wall
@@ -69,7 +69,7 @@ struct Event {
   Vector position{}, velocity{};
 };
 
-/// Memory of one ball. All members are double so that the engine can carry the record through rank
+/// Record of one ball. All members are double, so that the engine can carry the record through rank
 /// changes and restarts as an array.
 struct Record {
   double state = 2.0;          ///< State; in bed until observed
@@ -140,19 +140,20 @@ inline void follow_liner(Record& ball, const Mill& mill, const Observation& now,
   ball.had_liner = now.liner_contact;
 }
 
-/// Place of the ball in the frame that turns with the mill, from the mill's origin.
-inline Vector place_in_mill(const Mill& mill, const Vector& position, const Turn& back)
+/// Return the position of the ball in the frame that turns with the mill, from the mill's origin.
+inline Vector position_in_mill(const Mill& mill, const Vector& position, const Turn& back)
 {
   return rotated(mill.frame.arm(position), mill.frame.axis(), back);
 }
 
-/// Square of the distance of two places in the cross-section: the axial box is periodic.
-inline double square_apart(const Mill& mill, const Vector& a, const Vector& b)
+/// Return the squared distance of two points in the cross-section: the box may be periodic along
+/// the axis.
+inline double square_separation(const Mill& mill, const Vector& a, const Vector& b)
 {
-  Vector apart;
-  for (int d = 0; d < 3; ++d) apart[d] = a[d] - b[d];
-  const double along = dot(apart, mill.frame.axis());
-  return std::max(0.0, dot(apart, apart) - along * along);
+  Vector separation;
+  for (int d = 0; d < 3; ++d) separation[d] = a[d] - b[d];
+  const double along = dot(separation, mill.frame.axis());
+  return std::max(0.0, dot(separation, separation) - along * along);
 }
 
 inline void follow_flight(Record& ball, const Mill& mill, const Observation& now, const Turn& back,
@@ -163,11 +164,12 @@ inline void follow_flight(Record& ball, const Mill& mill, const Observation& now
     ball.in_flight = 0.0;
   } else if (ball.had_force != 0.0) {
     ball.flight_candidate = event_at(now, ball.flight.count + 1.0);
-    ball.flight_place = place_in_mill(mill, now.position, back);
+    ball.flight_place = position_in_mill(mill, now.position, back);
     ball.flight_pending = 1.0;
   }
   if (ball.flight_pending != 0.0 &&
-      square_apart(mill, place_in_mill(mill, now.position, back), ball.flight_place) > gap * gap) {
+      square_separation(mill, position_in_mill(mill, now.position, back), ball.flight_place) >
+          gap * gap) {
     ball.flight = confirmed_event(mill, ball.flight_candidate);
     ball.flight_pending = 0.0;
     ball.in_flight = 1.0;
@@ -230,10 +232,10 @@ struct Drive {
   double speed, gravity;
 };
 
-/// Whether the mill carries a ball: it touches the wall, or it touches balls and moves with the
-/// mill. That is, slower relative to it than after a fall through `gap_over_radius` ball radii,
-/// v^2 = 2 g gap: a ball the mill lets go passes this speed as it falls behind by the gap. So balls
-/// that meet in flight are not carried, though they touch. Derived here.
+/// Return whether the mill carries a ball: it touches the wall, or it touches balls and moves with
+/// the mill. It moves with the mill if it is slower, relative to the mill, than after a fall
+/// through `gap_over_radius` ball radii, v^2 = 2 g gap. A detached ball passes this speed as it
+/// falls behind by the gap. Balls that collide in flight are therefore not carried. Derived here.
 inline bool carried(const Mill& mill, const Drive& drive, const Observation& now,
                     double gap_over_radius)
 {
@@ -241,8 +243,8 @@ inline bool carried(const Mill& mill, const Drive& drive, const Observation& now
   const Vector with_mill = cross(mill.frame.axis(), mill.frame.arm(now.position));
   double square = 0.0;
   for (int d = 0; d < 3; ++d) {
-    const double apart = now.velocity[d] - drive.speed * with_mill[d];
-    square += apart * apart;
+    const double relative = now.velocity[d] - drive.speed * with_mill[d];
+    square += relative * relative;
   }
   return square < 2.0 * drive.gravity * gap_over_radius * now.ball_radius;
 }

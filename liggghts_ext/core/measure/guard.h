@@ -15,12 +15,13 @@
 
 namespace millscale::charge {
 
-/// Twice the speed a ball can have that no other ball has hit [m/s]: 2 sqrt((2 omega R)^2 + 4 g R).
+/// Return twice the speed that a ball can reach without an impact of another ball [m/s]: 2 sqrt((2
+/// omega R)^2 + 4 g R).
 ///
-/// Derived here. The wall goes at omega R or less, so an elastic impact throws a ball at 2 omega R
-/// at most; from the top of the mill it falls by 2 R at most. A ball at rest that is hit by a much
-/// heavier one of this speed leaves at (1 + e) times it, hence twice. Chains of impacts among balls
-/// of very different sizes could exceed it; nothing measured comes near.
+/// Derived here. The wall moves at omega R or less, so an elastic impact gives a ball at most 2
+/// omega R; from the top of the mill the ball falls by 2 R at most. A ball at rest hit by a much
+/// heavier one of this speed leaves at (1 + e) times that speed, hence twice. Chains of impacts
+/// among balls of very different sizes could exceed it; no measured speed is near it.
 inline double plausible_speed(const similarity::OperatingPoint& mill)
 {
   const double thrown = 2.0 * mill.omega * mill.radius;
@@ -63,13 +64,13 @@ inline bool finite(const Vector& v)
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
-/// One ball as an error tells of it.
+/// The ball that an error names.
 struct Suspect {
   long id;
   Vector position, velocity, force;  ///< [m], [m/s], [N]
 };
 
-/// Looks at balls near the liner, and says where in the mill a point is.
+/// Checks balls near the liner, and names the part of the mill at a point.
 class WallGuard {
  public:
   /// usual_radius: of the balls [m]; overlap_limit: of a ball and the wall, in ball radii.

@@ -130,7 +130,7 @@ liner::Point ComputeMillCharge::centre(int i) const
   return liner::section(frame_.point(atom->x[i]));
 }
 
-/// About the mill's axis [kg m^2/s].
+/// Return the angular momentum about the mill's axis, spin included [kg m^2/s].
 double ComputeMillCharge::angular_momentum(int i) const
 {
   const double *v = atom->v[i], *spin = atom->omega[i];
@@ -149,8 +149,8 @@ void ComputeMillCharge::read_balls()
                   squared(atom->omega[i]), angular_momentum(i)});
 }
 
-/// Of this rank's balls and those around them: the positions of the ghosts are those of this step,
-/// and reach as far as a contact.
+/// Return the largest overlap among this rank's balls and ghosts. Ghost positions are those of this
+/// step, and ghosts reach as far as a contact.
 double ComputeMillCharge::largest_overlap()
 {
   search_.clear();
@@ -166,7 +166,7 @@ void ComputeMillCharge::sum_over_ranks()
     MPI_Allreduce(MPI_IN_PLACE, sums_->numbers().data(), 1, numbers_type_, merge_, world);
 }
 
-/// The engine deletes a ball that leaves the box, and forgets how many there were.
+/// Check that no ball is lost: the engine deletes balls that leave the box, without an error.
 void ComputeMillCharge::check_all_are_there(double found)
 {
   const double before = last_balls_;
@@ -180,7 +180,7 @@ void ComputeMillCharge::check_all_are_there(double found)
   error->all(FLERR, message);
 }
 
-/// The first few ids that are gone, if the balls were numbered from 1 on without a gap.
+/// Return the first few missing ids, if the balls were numbered from 1 without a gap.
 std::string ComputeMillCharge::missing_ids(double before) const
 {
   std::vector<unsigned char> present(static_cast<std::size_t>(before) + 1, 0);
@@ -195,7 +195,7 @@ std::string ComputeMillCharge::missing_ids(double before) const
   return ids;
 }
 
-/// Ends the run with the first such ball of the lowest rank that has one.
+/// End the run with the first ball outside, of the lowest rank that has one.
 void ComputeMillCharge::report_outside(double count)
 {
   char message[400] = {};

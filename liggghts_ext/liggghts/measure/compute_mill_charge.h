@@ -17,8 +17,8 @@ namespace LAMMPS_NS {
 
 class FixMillSimilarity;
 
-/// What the charge as a whole does, in one pass over the balls and one collective: energies, centre
-/// of mass, monitoring boxes, toe and shoulder, largest overlap and speed. Stops the run when balls
+/// Measures of the whole charge, in one pass over the balls and one collective: energies, centre of
+/// mass, monitoring boxes, toe and shoulder, largest overlap and speed. Stops the run when balls
 /// are lost or outside the liner. Arguments and c_ID[k]: docs/reference/styles.md.
 class ComputeMillCharge : public Compute {
  public:

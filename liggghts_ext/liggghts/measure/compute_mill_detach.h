@@ -9,7 +9,7 @@ namespace LAMMPS_NS {
 
 class FixMillDetachTrack;
 
-/// State of each ball and where and when it last left liner and charge; statistics of the angles.
+/// State of each ball, where and when it last left liner and charge, and statistics of the angles.
 /// Columns, definitions and thresholds: docs/reference/styles.md.
 class ComputeMillDetach : public Compute {
  public:

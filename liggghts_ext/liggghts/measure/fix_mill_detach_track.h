@@ -11,9 +11,9 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 class FixWallMill;
 
-/// Per-ball detachment records, advanced at the end of every step and carried across ranks and
-/// restarts. Made by compute mill/detach, which publishes them.
-/// Arguments: docs/reference/styles.md.
+/// Per-ball detachment records, advanced at the end of every step and kept across ranks and
+/// restarts. Created by compute mill/detach, which publishes them. Arguments:
+/// docs/reference/styles.md.
 class FixMillDetachTrack : public FixPerBallRows {
  public:
   /// Statistics of confirmed events since the records began, on this rank.

@@ -37,15 +37,15 @@ using millscale::Vector;
 namespace {
 
 // Checking walls and overlaps takes a third of a step (docs/results/performance.md), so 0.3 % at
-// every 100th step. The paper's mill turns by 0.02 rad in the meantime. A run that goes wrong has
-// such overlaps at all times; a single impact that is over in less may pass unseen.
+// every 100th step, in which the paper's mill turns by 0.02 rad. A faulty run has such overlaps at
+// all times. A single shorter impact may be missed.
 constexpr int default_every = 100;
-// Speeds carry balls away and turn into NaNs, so they are looked at more often; a look takes 1 % of
-// our step. A step with the engine's mesh wall is several times as long, and that wall aborts
-// without a word at a position that is no number.
+// Velocities are checked more often, since faults spread by them; a check takes 1 % of a step. A
+// step with the engine's mesh wall is several times as long, and the mesh wall aborts without a
+// message at a position that is not finite.
 constexpr int speeds_every = 5, speeds_every_with_mesh = 1;
-// Hertz's law is for overlaps that are small against the radius; at half of it two balls are as
-// good as merged. The paper's balls at 10 m/s: 0.13.
+// Hertz's law holds for overlaps that are small against the radius. At half the radius two balls
+// are practically merged. The paper's balls at 10 m/s: 0.13.
 constexpr double default_overlap = 0.5;
 constexpr int fixed_boundary = 1;  // of domain->boundary: f
 
@@ -59,7 +59,7 @@ Vector vector_of(const double* x)
 FixMillGuard::FixMillGuard(LAMMPS* lmp, int narg, char** arg)
     : Fix(lmp, narg, arg), every_(default_every), overlap_limit_(default_overlap)
 {
-  nevery = 1;  // end_of_step sorts out the steps itself
+  nevery = 1;  // end_of_step selects the steps itself
   try {
     parse(narg, arg);
   } catch (const std::invalid_argument& problem) {
@@ -101,7 +101,8 @@ void FixMillGuard::init()
   }
 }
 
-/// Before the engine sorts balls into its cells, which need numbers, and deletes those outside.
+/// Check before the engine sorts balls into cells, which needs finite positions, and deletes balls
+/// outside the box.
 void FixMillGuard::setup_pre_exchange()
 {
   pre_exchange();
@@ -123,7 +124,8 @@ void FixMillGuard::pre_exchange()
   check_box();
 }
 
-/// A force that is no number makes such a velocity in its step and such a position in the next.
+/// A force that is not finite makes the velocity not finite in the same step, and the position in
+/// the next.
 void FixMillGuard::end_of_step()
 {
   if (update->ntimestep % speeds_every_ == 0) check_speeds();
@@ -150,7 +152,7 @@ void FixMillGuard::check_speeds() const
   }
 }
 
-/// Of the set-up, which the first step moves the balls by.
+/// Check the forces of the set-up, which move the balls in the first step.
 void FixMillGuard::check_forces() const
 {
   for (int i = 0; i < atom->nlocal; ++i)
@@ -158,7 +160,8 @@ void FixMillGuard::check_forces() const
       stop(i, "has no finite force");
 }
 
-/// The engine deletes what leaves a box that is not periodic there and does not grow.
+/// Check for balls that the engine would delete: beyond a side of the box that is neither periodic
+/// nor shrink-wrapped.
 void FixMillGuard::check_box() const
 {
   bool closed_below[3], closed_above[3];
@@ -220,7 +223,7 @@ liner::Point FixMillGuard::at_rest(int i) const
   return liner::section(frame_.point(atom->x[i]).in_turning_frame(turn_));
 }
 
-/// Without a collective: the other ranks do not know of the fault.
+/// Return the circumstances without a collective: the other ranks do not know of the fault.
 charge::Circumstances FixMillGuard::circumstances_of(int i) const
 {
   charge::Circumstances found;

@@ -13,10 +13,10 @@ namespace LAMMPS_NS {
 
 class FixMillSimilarity;
 
-/// Stops a run that goes wrong, with the ball and the reason: velocities that are no numbers or too
-/// high, overlaps, balls beyond the liner; also before a neighbour list, where the engine would
-/// lose a ball without a name. Changes nothing and needs no collective.
-/// Arguments: docs/reference/styles.md.
+/// Stops a faulty run and names the ball and the reason: velocities that are not finite or too
+/// high, overlaps, balls beyond the liner. It also checks before a neighbour list, where the engine
+/// would lose a ball without naming it. Changes nothing and needs no collective. Arguments:
+/// docs/reference/styles.md.
 class FixMillGuard : public Fix {
  public:
   FixMillGuard(class LAMMPS*, int, char**);
@@ -44,7 +44,7 @@ class FixMillGuard : public Fix {
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
   millscale::LinerArguments liner_arguments_;
-  int every_, speeds_every_ = 1;  ///< steps between two looks
+  int every_, speeds_every_ = 1;  ///< steps between two checks
   double overlap_limit_;
   double speed_ = 0.0;        ///< asked for [m/s]; 0: derived from the mill
   double speed_limit_ = 0.0;  ///< [m/s]

@@ -37,9 +37,9 @@ namespace {
 
 constexpr int slots = liner::Contacts::most + 2;  // liner, two ends
 constexpr int slot_size = 4;                      // key, tangential displacement
-constexpr int memory_size = slots * slot_size;
+constexpr int history_size = slots * slot_size;
 
-constexpr std::size_t ahead = 4;  // balls to fetch while one is looked at
+constexpr std::size_t ahead = 4;  // prefetch distance in balls
 
 /// Key of a surface, by which a contact finds its history again; 0 is no contact. A lifter's faces,
 /// edges and top are one surface: a ball has one contact with it, which moves around the edges.
@@ -54,10 +54,10 @@ bool is_groove(const liner::Profile& profile, double key)
   return key > 0.0 && profile.is_groove(static_cast<int>(key) - 1);
 }
 
-/// Bits of what a ball touches.
+/// Bits of the surfaces that a ball touches.
 constexpr signed char on_groove = 1, on_wall = 2;
 
-Vector memory_of(double key, const double* row)
+Vector displacement_of(double key, const double* row)
 {
   for (int s = 0; s < slots; ++s, row += slot_size)
     if (row[0] == key) return {row[1], row[2], row[3]};
@@ -74,7 +74,7 @@ bool holds(double key, const double* row)
 }  // namespace
 
 FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
-    : FixPerBallRows(lmp, narg, arg, memory_size)
+    : FixPerBallRows(lmp, narg, arg, history_size)
 {
   vector_flag = 1;
   size_vector = 6;
@@ -144,7 +144,7 @@ void FixWallMill::init()
         *liner_, largest > 0.0 ? largest : mill_fix_->scaled().mill.ball_radius);
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
-    // Made by the pair style, whose init comes before.
+    // Created by the pair style, whose init precedes this one.
     damping_ = terms_.limited_damping ? first_fix<FixContactDamping>(modify) : nullptr;
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
@@ -196,8 +196,7 @@ void FixWallMill::evaluate(double dt)
   }
 }
 
-/// What a ball needs lies all over the memory; asked for early, it comes while others are looked
-/// at.
+/// Prefetch the scattered data of a ball while others are evaluated.
 void FixWallMill::fetch_ahead(const Near& near) const
 {
   const int i = near.ball;
@@ -207,12 +206,12 @@ void FixWallMill::fetch_ahead(const Near& near) const
   __builtin_prefetch(atom->omega[i]);
   __builtin_prefetch(atom->f[i], 1);
   __builtin_prefetch(atom->torque[i], 1);
-  for (int k = 0; k < memory_size; k += 8) __builtin_prefetch(row(i) + k, 1);
+  for (int k = 0; k < history_size; k += 8) __builtin_prefetch(row(i) + k, 1);
 }
 
-/// Lists the balls that may touch and those that did; most balls of a mill do neither. Between two
-/// neighbour lists no ball moves by more than half the skin, where the engine sees to that; then
-/// the balls that were farther from liner and ends need no look until the next list.
+/// List the balls that may touch the wall or did; most balls of a mill do neither. Between two
+/// neighbour lists no ball moves by more than half the skin, if the engine checks displacements.
+/// Balls farther from liner and ends then need no check until the next list.
 void FixWallMill::find_near(const MillNow& mill)
 {
   const bool sorted_anew = neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal;
@@ -245,7 +244,7 @@ void FixWallMill::count_touching()
       touching_[i] |= is_groove(*liner_, row(i)[s * slot_size]) ? on_groove : on_wall;
 }
 
-/// Where a ball touches liner and ends, no more contacts than slots.
+/// Contacts of a ball with liner and ends, at most `slots`.
 struct FixWallMill::Contacts {
   int count = 0;
   Contact contact[slots];
@@ -253,8 +252,8 @@ struct FixWallMill::Contacts {
   void add(const Contact& c) { contact[count++] = c; }
 };
 
-/// In the mill's frame the liner rests, so a ball that is nearer to where it was last seen than the
-/// liner was from there cannot touch.
+/// In the turning frame the liner is at rest. A ball that has moved by less than its last distance
+/// from the liner cannot touch it.
 void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
 {
   const int i = near.ball;
@@ -300,24 +299,24 @@ void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Con
   touch(ends_->upper_overlap(near.along, radius), -1.0, upper_end);
 }
 
-/// Forces of a ball's contacts, which find their memories again and leave them in the ball's row.
+/// Evaluate a ball's contacts with the histories in the ball's row, and store the new histories.
 void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Contacts& found,
                             double dt)
 {
-  double* memory = row(i);
-  double next[memory_size] = {};
+  double* history = row(i);
+  double next[history_size] = {};
   const double share = terms_.limited_damping ? damping_share(i, found, dt) : 0.0;
   touching_[i] = 0;
   for (int c = 0; c < found.count; ++c) {
     const double key = found.contact[c].key;
-    Vector displacement = memory_of(key, memory);
-    if (ledger_) found.contact[c].met = holds(key, memory);
+    Vector displacement = displacement_of(key, history);
+    if (ledger_) found.contact[c].continued = holds(key, history);
     press(i, mill, arm, found.contact[c], dt, displacement, share);
     next[c * slot_size] = key;
     touching_[i] |= is_groove(*liner_, key) ? on_groove : on_wall;
     std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
   }
-  std::copy(next, next + memory_size, memory);
+  std::copy(next, next + history_size, history);
 }
 
 const contact::ContactLaw<double>& FixWallMill::law_of(int i) const
@@ -374,7 +373,7 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
   sums.store(evaluated, 1.0, dt > 0.0);
   const Vector spin = contact.turns ? mill.omega : Vector{};
   sums.add_wall(i, evaluated, spin, millscale::cross(spin, arm));
-  if (!contact.met && dt > 0.0) sums.begin_contact(evaluated.approach_energy(), 1.0);
+  if (!contact.continued && dt > 0.0) sums.begin_contact(evaluated.approach_energy(), 1.0);
 }
 
 void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,
@@ -391,7 +390,7 @@ double FixWallMill::compute_vector(int k)
   return all;
 }
 
-/// The liner, and its ends if it has any, lie in the box. Sides that follow the balls cannot tell.
+/// Check that the liner and its ends lie in the box. Shrink-wrapped sides are not checked.
 void FixWallMill::check_box() const
 {
   const Vector &axis = mill_fix_->axis(), &origin = mill_fix_->origin();
@@ -443,7 +442,7 @@ void FixWallMill::check_balls_fit(double largest) const
                                 format(ends_->high - ends_->low) + " m apart");
 }
 
-/// No ball's centre lies in the wall or beyond an end: nothing would bring it back as it should.
+/// Check that no ball's centre lies in the wall or beyond an end, where no force returns it.
 void FixWallMill::check_balls_are_inside() const
 {
   const MillNow mill = mill_now();

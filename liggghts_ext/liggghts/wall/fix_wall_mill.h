@@ -17,9 +17,8 @@ class FixContactDamping;
 class FixMillLedger;
 class FixMillSimilarity;
 
-/// The rotating lifter-liner as an analytic wall, with exact arcs or the mesh's polygon, and flat
-/// ends: no mesh, no wall neighbour list, no collective.
-/// Arguments and f_ID[k]: docs/reference/styles.md.
+/// The rotating liner as an analytic wall, with exact arcs or the mesh's polygon, and flat ends: no
+/// mesh, no wall neighbour list, no collective. Arguments and f_ID[k]: docs/reference/styles.md.
 class FixWallMill : public FixPerBallRows {
  public:
   FixWallMill(class LAMMPS*, int, char**);
@@ -35,39 +34,39 @@ class FixWallMill : public FixPerBallRows {
   millscale::liner::Widths widths() const;
   bool has_ends() const { return ends_.has_value(); }
 
-  /// Torque on what turns with the mill about its origin at the last evaluation of the forces, this
-  /// rank's share [N m].
+  /// Return this rank's share of the torque on all surfaces that turn with the mill, about its
+  /// origin, at the last evaluation of the forces [N m].
   const millscale::Vector& torque_on_turning() const { return torque_on_turning_; }
 
-  /// Adds the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
-  /// the forces, and those of `groove` if they touched a groove. marks: of the rank's own balls.
+  /// Add the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
+  /// the forces, and the bits of `groove` if they touched a groove. marks: of local balls.
   void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
 
  private:
-  /// Where the mill is and how it moves at this step, for all balls.
+  /// Position and motion of the mill at this step.
   struct MillNow {
     millscale::MillFrame frame;
     millscale::Turn turn;  ///< by the mill's angle
     millscale::Vector omega;
   };
 
-  /// One contact of a ball, before the law is applied.
+  /// One contact of a ball, before its force is known.
   struct Contact {
     double overlap;
     millscale::Vector normal;
-    double key;        ///< of the surface, never 0
-    bool turns;        ///< the surface moves with the mill
-    bool met = false;  ///< the ball touched it before
+    double key;              ///< of the surface, never 0
+    bool turns;              ///< the surface moves with the mill
+    bool continued = false;  ///< in contact at the last evaluation
   };
   struct Contacts;
 
-  /// A ball that may touch before the next neighbour list, and what is known of it.
+  /// A ball that may touch the wall before the next neighbour list.
   struct Near {
     int ball;
     millscale::liner::LastSearch last;
-    millscale::liner::Point seen;  ///< centre at the last look, in the mill at rest
-    double along;                  ///< and on the axis [m]
-    double clear;                  ///< way from there that ends in no touch, ends included [m]
+    millscale::liner::Point seen;  ///< centre at the last check, in the mill at rest
+    double along;                  ///< position along the axis at the last check [m]
+    double clear;                  ///< distance from there without a contact, ends included [m]
   };
 
   void parse(int narg, char** arg);
@@ -94,7 +93,7 @@ class FixWallMill : public FixPerBallRows {
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
-  FixMillLedger* ledger_ = nullptr;  ///< keeps account of energy, if there is one
+  FixMillLedger* ledger_ = nullptr;  ///< the energy budget, if there is one
   millscale::LinerArguments liner_arguments_;
   double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
   std::shared_ptr<const millscale::liner::Profile> liner_;  ///< exact, or with the chords
@@ -103,7 +102,7 @@ class FixWallMill : public FixPerBallRows {
   bool ends_turn_ = true;
   int wall_type_ = 0;
   millscale::contact::ContactTerms terms_;
-  FixContactDamping* damping_ = nullptr;  ///< sums of the balls' contacts, if there are such
+  FixContactDamping* damping_ = nullptr;  ///< sums of ball-ball contacts, if limited
   std::vector<millscale::contact::ContactLaw<double>> law_of_type_;
   std::vector<Near> near_;             ///< balls that may touch, or did
   std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
