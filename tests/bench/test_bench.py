@@ -1,4 +1,4 @@
-"""Bench: the state every engine starts from, the decks, and what is made of the times."""
+"""Bench: the state every engine starts from, the decks, and the evaluation of the times."""
 
 import json
 import shutil
@@ -41,7 +41,7 @@ def write_dump(path, balls):
 
 
 def some_balls():
-    """Two layers of balls above the bottom of the mill at S = 2.6, in no order."""
+    """Return two layers of balls above the bottom of the mill at S = 2.6, in random order."""
     rng = np.random.default_rng(5)
     places = [(0.045 * i, 0.045 * k + 0.02, -1.30 + 0.05 * j)
               for i in range(-3, 4) for k in range(4) for j in range(2)]  # fmt: skip
@@ -122,7 +122,7 @@ def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_pat
 
 @pytest.mark.engine
 @pytest.mark.parametrize("variant", [MILLSCALE, ANALYTIC_WALL_ONLY, LIGGGHTS])
-def test_every_engine_runs_the_state_and_accounts_for_its_time(tmp_path, variant):
+def test_every_engine_runs_the_state_and_its_time_adds_up(tmp_path, variant):
     case = next(c for c in cases_of(load_campaign(MILLS)) if c.S == 2.6)
     write_dump(tmp_path / "state.dump", some_balls())
     box = (case.domain.half_box_m, case.mill.simulated_length_m)
@@ -156,7 +156,7 @@ def test_the_drum_is_one_mill_without_lifters_and_without_rolling_friction():
 
 
 @pytest.mark.parametrize("variant", [LAMMPS, YADE], ids=["lammps", "yade"])
-def test_other_engines_run_the_drum_and_tell_their_time(tmp_path, variant):
+def test_other_engines_run_the_drum_and_report_their_time(tmp_path, variant):
     if not shutil.which({"lammps": "lmp", "yade": "yade"}[variant.engine]):
         pytest.skip(f"{variant.engine} is not installed: only the bench needs it")
     case = next(iter(cases_of(load_campaign(SCENES["drum"].campaign))))

@@ -11,7 +11,7 @@ from paper_campaign import CAMPAIGNS, REPOSITORY
 
 REFERENCE = REPOSITORY / "docs/reference/campaign-file.md"
 GUIDE = REPOSITORY / "docs/guide/campaigns.md"
-# Studies have tests of their own.
+# Studies are tested in tests/study.
 FILES = sorted(
     (path for path in CAMPAIGNS.glob("*.toml") if not path.name.startswith("study-")),
     key=lambda path: path.name,
@@ -25,7 +25,7 @@ def test_a_shipped_campaign_is_accepted_named_like_its_file_and_in_the_guide(pat
     assert f"| `{path.stem}` | {len(plan_rows(campaign))} |" in GUIDE.read_text(encoding="utf-8")
 
 
-def test_the_papers_single_ball_campaign_runs_six_mills_by_two_schemes_by_three_policies():
+def test_the_papers_single_ball_campaign_has_six_mills_two_schemes_and_three_policies():
     rows = plan_rows(load_campaign(CAMPAIGNS / "paper-single-ball.toml"))
     paper = [row for row in rows if row["policy"] == "paper"]
     others = [row for row in rows if row["policy"] != "paper"]
@@ -38,11 +38,11 @@ def test_the_papers_single_ball_campaign_runs_six_mills_by_two_schemes_by_three_
 
 def test_the_papers_multi_ball_campaign_warns_of_its_step_where_beds_are_deep():
     rows = plan_rows(load_campaign(CAMPAIGNS / "paper-multi-ball.toml"))
-    # Three seeds of the two cheapest models.
+    # Three seeds of the two cheapest scaled mills.
     assert len(rows) == (6 + 2 * 2) * 2
     assert all(row["rotation_angle_rad"] == 8.0 for row in rows)
     first = [row for row in rows if row["seed"] == 1]
-    # Above the linear limit by up to a third, where the S = 2.6 mill was measured to be right.
+    # Up to a third above the linear limit, where the measured S = 2.6 mill is accurate.
     assert all(row["limit_fraction"] < 1.4 for row in rows)
     deep = [row for row in first if row["S"] == 1.0]
     assert all("times the damping limit" in row["warnings"][0] for row in deep)
@@ -59,7 +59,7 @@ def test_equal_filling_is_the_physical_count_over_s_cubed_in_the_same_mill():
     assert sorted({row["seed"] for row in rows if row["S"] > 1.5}) == [1, 2, 3]
 
 
-def test_the_physical_mill_is_the_paper_s_for_its_20_s():
+def test_the_physical_mill_is_that_of_the_paper_and_turns_for_20_s():
     physical = load_campaign(CAMPAIGNS / "physical-mill.toml")
     paper = load_campaign(CAMPAIGNS / "paper-multi-ball.toml")
     for part in ("mill", "liner", "ball", "material", "wall"):

@@ -36,7 +36,7 @@ def test_s_is_used_when_radii_agree_with_it_to_their_rounding(tmp_path):
     assert load_campaign(path).studies[0].ratios == (1.696,)
 
 
-def test_a_study_may_have_its_own_models(tmp_path):
+def test_a_campaign_part_may_have_its_own_scaled_mills(tmp_path):
     own = {"S": [1.5], "schemes": ["constant-speed"], "policies": ["corrected"]}
     multi_ball = {"multi_ball": {**MULTI_BALL["multi_ball"], **own, "count": 50}}
     single, multi = load_campaign(write_campaign(tmp_path, **multi_ball)).studies
@@ -46,12 +46,12 @@ def test_a_study_may_have_its_own_models(tmp_path):
     assert multi.charge.counts == (50,)
 
 
-def test_step_is_advised_when_not_given(tmp_path):
+def test_a_missing_step_is_the_advised_step(tmp_path):
     campaign = load_campaign(write_campaign(tmp_path, single_ball__step_s=None))
     assert campaign.studies[0].step is None
 
 
-def test_parallel_reading_does_not_use_the_groove_width_and_says_so(tmp_path):
+def test_parallel_reading_ignores_the_groove_width_and_warns(tmp_path):
     campaign = load_campaign(write_campaign(tmp_path, liner__reading="parallel"))
     assert campaign.liner.groove_width is None
     assert campaign.liner.face_angle == 0.0
@@ -67,7 +67,7 @@ def test_centrifuging_is_accepted_on_request(tmp_path):
     assert load_campaign(path).mill.omega == 2.0
 
 
-def test_a_whole_number_will_do_for_a_length(tmp_path):
+def test_a_length_may_be_a_whole_number(tmp_path):
     length = load_campaign(write_campaign(tmp_path, mill__length_m=1)).mill.length
     assert isinstance(length, float)
 

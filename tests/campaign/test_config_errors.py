@@ -9,7 +9,7 @@ from paper_campaign import MULTI_BALL, campaign_text
 
 ROTATION = {"rotation_angle_rad": 1.0, "step_s": 1e-4}
 
-# changes to a valid campaign, key the error names, words of the cause, words of what is accepted
+# changes to a valid campaign, key that the error names, part of the cause, part of the remedy
 WRONG = {
     "unknown key": (
         {"mill__radus_m": 3.9},
@@ -336,7 +336,7 @@ WRONG = {
 
 
 def refused(folder, text: str | bytes) -> CampaignError:
-    """The error of a campaign file; asserts one line and that nothing was written."""
+    """Return the error of a campaign file; assert one line and that nothing was written."""
     path = folder / "wrong.toml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(CampaignError) as caught:
@@ -375,7 +375,7 @@ def test_what_is_not_a_campaign_file_is_refused(content, cause, tmp_path):
 
 
 def typed(old: str, new: str) -> str:
-    """A valid campaign with other characters for some."""
+    """Return a valid campaign with `old` replaced by `new`."""
     text = campaign_text(campaign={"name": "typed"})
     assert old in text
     return text.replace(old, new, 1)
@@ -421,7 +421,7 @@ def test_characters_of_typesetting_are_refused_with_what_to_write(
     assert accepted in error.accepted
 
 
-def test_characters_of_typesetting_in_a_comment_are_none_of_our_business(tmp_path):
+def test_characters_of_typesetting_are_accepted_in_a_comment(tmp_path):
     path = tmp_path / "comment.toml"
     path.write_text("# Mühle – 3,9 m\n" + campaign_text(), encoding="utf-8")
     assert load_campaign(path).mill.radius == 3.9

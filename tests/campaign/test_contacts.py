@@ -1,4 +1,4 @@
-"""Options of the contacts between balls, and the words they become."""
+"""Options of ball-ball contacts, and the keywords of the pair style they become."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from paper_campaign import write_campaign
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "keywords"),
     [
         (ContactOptions("stock", "plain"), ""),
         (ContactOptions(), "surface fast tangential_damping bounded"),
@@ -20,8 +20,8 @@ from paper_campaign import write_campaign
         ),
     ],
 )
-def test_options_become_words_of_the_pair_style(options, words):
-    assert options.pair_style_words() == words
+def test_options_become_keywords_of_the_pair_style(options, keywords):
+    assert options.pair_style_words() == keywords
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ FORMS = speed_forms(radius=3.9, ball_radius=0.02, gravity=9.81)
 
 
 def spoken(omega: float) -> dict[str, float]:
-    """A speed in every unit, written out independently of the code under test."""
+    """Return a speed in every unit, computed independently of the code under test."""
     return {
         "speed_rad_s": omega,
         "speed_rpm": omega * 30.0 / math.pi,
@@ -31,7 +31,7 @@ key_sets = st.sets(st.sampled_from(sorted(FORMS)), min_size=1)
 
 
 @given(speeds, key_sets)
-def test_every_way_to_say_a_speed_gives_the_same_rad_s(omega, keys):
+def test_every_unit_of_a_speed_gives_the_same_rad_s(omega, keys):
     found = resolve(only(spoken(omega), keys), FORMS, "rad/s", WHERE)
     assert found == pytest.approx(omega, rel=1e-12)
 

@@ -25,7 +25,7 @@ def by_id(found: list[Case]) -> dict[str, Case]:
     return {case.id: case for case in found}
 
 
-def test_ids_say_kind_scheme_policy_and_s_in_a_fixed_order(tmp_path):
+def test_ids_hold_kind_scheme_policy_and_s_in_a_fixed_order(tmp_path):
     found = cases(tmp_path, **EVERY_SCHEME, **EVERY_POLICY, scaling__S=[2.6, 1.0, 1.0833333])
     assert [case.id for case in found] == [
         "sb-cg-paper-S1.000", "sb-cg-paper-S1.083", "sb-cg-paper-S2.600",
@@ -37,12 +37,12 @@ def test_ids_say_kind_scheme_policy_and_s_in_a_fixed_order(tmp_path):
     ]  # fmt: skip
 
 
-def test_the_physical_mill_is_kept_under_the_first_policy_asked_for(tmp_path):
+def test_the_physical_mill_has_the_first_policy_of_the_campaign(tmp_path):
     found = cases(tmp_path, scaling__S=[1.0, 2.0], scaling__policies=["corrected"])
     assert "sb-cg-corrected-S1.000" in by_id(found)
 
 
-def test_seeds_are_told_apart_only_if_there_are_several(tmp_path):
+def test_ids_hold_the_seed_only_if_there_are_several(tmp_path):
     charge = MULTI_BALL["multi_ball"]
     one = cases(tmp_path, single_ball=None, multi_ball=charge, scaling__schemes=["constant-speed"])
     assert [case.id for case in one] == ["mb-cs-paper-S1.000", "mb-cs-paper-S2.600"]
@@ -51,7 +51,7 @@ def test_seeds_are_told_apart_only_if_there_are_several(tmp_path):
     assert {case.seed for case in several} == {3, 4}
 
 
-def test_dear_models_may_take_the_first_seed_only(tmp_path):
+def test_expensive_scaled_mills_may_use_the_first_seed_only(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "seeds": [3, 4], "seeds_from_S": 2.6}
     found = cases(tmp_path, single_ball=None, multi_ball=charge)
     assert [case.id for case in found if case.scheme == "constant-gravity"] == [
@@ -82,7 +82,7 @@ def test_every_case_turns_the_same_angle_and_waits_the_same_scaled_time(tmp_path
         time, mill = case.time, case.mill
         step_angle = mill.omega_rad_s * time.step_s
         turned = time.rotation_steps * step_angle
-        # A charge turns by whole intervals between dumps, each of whole steps.
+        # The rotation of a charge is a whole number of dump intervals, each of whole steps.
         roundings = 1 if case.kind == "single-ball" else time.rotation_angle_rad / 0.5
         allowed = 0.51 * step_angle * roundings
         assert turned == pytest.approx(time.rotation_angle_rad, abs=allowed)
@@ -114,7 +114,7 @@ def test_the_single_ball_starts_just_clear_of_the_liner(tmp_path):
             )  # fmt: skip
             gap = float(liner.nearest(x, z).distance) - 0.02
             assert (x, y) == (0.0, mill.simulated_length_m / 2.0)
-            # A panel lies inside its arc by the chord error at most.
+            # A panel is inside its arc by at most the chord error.
             assert 0.0 < gap <= 1.1e-3 * 0.02 + case.wall.chord_error_m
 
 
@@ -192,7 +192,7 @@ def test_froude_scheme_takes_its_time_factor_or_exponent(tmp_path):
     assert factor.mill.froude == pytest.approx(3.9 / 9.81, rel=1e-14)
 
 
-def test_a_case_survives_its_file(tmp_path):
+def test_a_case_reads_back_from_its_file_unchanged(tmp_path):
     for case in cases(tmp_path, **MULTI_BALL):
         path = tmp_path / "case.json"
         path.write_text(case.text())
@@ -202,8 +202,8 @@ def test_a_case_survives_its_file(tmp_path):
 
 def test_the_digest_follows_what_decides_a_case_and_nothing_else(tmp_path):
     case = cases(tmp_path)[0]
-    said = {**case.document, "versions": {"millscale": "9"}, "model": {}, "warnings": ["x"]}
-    assert case_digest(said) == case.digest
+    informing = {**case.document, "versions": {"millscale": "9"}, "model": {}, "warnings": ["x"]}
+    assert case_digest(informing) == case.digest
     assert case_digest({**case.document, "S": 1.5}) != case.digest
 
 

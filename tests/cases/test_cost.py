@@ -1,4 +1,4 @@
-"""What a case costs, and what is learned from runs that were."""
+"""Predicted cost of a case, and rates learned from finished runs."""
 
 import json
 
@@ -58,13 +58,13 @@ def test_steps_of_small_and_large_charges_are_the_measured_ones(row):
     case = charge(LENGTHS[row["balls"]], row["balls"], surface, row["wall"])
     predicted = step_time(case, row["ranks"]) * row["ranks"] / row["balls"] * 1e9
     measured = row["ns_per_particle_step_core"]["median"]
-    # The machine's own pace changes by a quarter, both when these and when c were measured; small
+    # The speed of the machine varied by a quarter while these values and c were measured; small
     # charges cost less than c, as they fit the innermost caches.
     most = 2.0 if row["balls"] < 5000 else 1.25**2
     assert 1 / 1.25**2 < predicted / measured < most
 
 
-def test_an_account_of_the_energy_has_a_rate_of_its_own():
+def test_an_energy_budget_has_a_rate_of_its_own():
     plain, kept = charge(), charge(ledger="on")
     assert step_time(kept, 1) > 2.0 * step_time(plain, 1)
     assert path_of(kept) != path_of(plain)
@@ -72,7 +72,7 @@ def test_an_account_of_the_energy_has_a_rate_of_its_own():
 
 def test_a_third_of_the_work_on_two_ranks_of_the_small_mill_is_for_ghost_balls():
     case = charge()
-    # Measured: a third; the model is fitted to another pair of runs, quick.toml and the scene.
+    # Measured: a third; the cost model is fitted to other runs, quick.toml and the scene.
     assert 1.0 - 1.0 / ghost_factor(case, 2) == pytest.approx(1.0 / 3.0, abs=0.03)
 
 
@@ -81,7 +81,7 @@ def test_ranks_cost_less_the_longer_the_slabs():
     for ranks in (2, 4):
         assert step_time(short, ranks) < step_time(short, 1)
         assert ghost_factor(long, ranks) < ghost_factor(short, ranks)
-    # Ten times the mill on ten times the ranks: slabs alike, steps alike.
+    # Ten times the mill on ten times the ranks has equal slabs and equal steps.
     assert step_time(long, 20) == pytest.approx(step_time(short, 2))
 
 

@@ -1,4 +1,4 @@
-"""What enters the decks follows from the scene, and is said."""
+"""The terms of the decks follow from the scene and are reported."""
 
 import pytest
 
@@ -27,11 +27,11 @@ def of_kind(folder, kind, **changes):
 
 
 def terms(case):
-    """The part `deck` but for the damping at the wall, which is a matter of the wall's kind."""
+    """Return the part `deck` without the damping at the wall, which depends on the wall's kind."""
     return {name: value for name, value in case.document["deck"].items() if name != "wall_damping"}
 
 
-def said(case, side):
+def listed(case, side):
     statements = {"in": case.model.inside, "out": case.model.outside}[side]
     return {entry.what: entry.reason for entry in statements}
 
@@ -49,16 +49,16 @@ def test_a_charge_with_friction_has_every_term(tmp_path):
         ({"wall__kind": "mesh"}, "on"),
     ],
 )
-def test_the_wall_damps_as_the_balls_do_where_it_is_ours(tmp_path, changes, word):
+def test_the_analytic_wall_damps_as_the_balls_do(tmp_path, changes, word):
     assert of_kind(tmp_path, "multi-ball", **changes).deck.wall_damping == word
-    # A single ball is damped as it is, and its cases stay what they were.
+    # The damping of a single ball is unchanged, so that the digests of its cases stay valid.
     assert of_kind(tmp_path, "single-ball", **changes).deck.wall_damping is None
 
 
-def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
+def test_decks_have_an_energy_budget_on_request(tmp_path):
     asked = of_kind(tmp_path, "multi-ball", multi_ball__ledger=True)
     assert terms(asked) == EVERYTHING | {"ledger": "on"}
-    # Asked not to, or not asked: the case is what it was before there was an account.
+    # With `ledger = false` or without the key, the case has no trace of an energy budget.
     plain = of_kind(tmp_path, "multi-ball", multi_ball__ledger=False)
     assert terms(plain) == EVERYTHING
     assert plain.digest == of_kind(tmp_path, "multi-ball").digest != asked.digest
@@ -66,22 +66,24 @@ def test_an_account_of_the_energy_is_in_the_decks_for_the_asking(tmp_path):
     assert asked.predicted.output_bytes - plain.predicted.output_bytes > 500 * rows
 
 
-def test_contacts_are_evaluated_by_stock_liggghts_for_the_asking(tmp_path):
+def test_the_contact_backend_is_stock_liggghts_on_request(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
     assert terms(case) == EVERYTHING | {"surface": "default", "tangential_damping": "on"}
-    assert "contacts between balls evaluated by stock LIGGGHTS" in said(case, "in")
+    assert "contacts between balls evaluated by stock LIGGGHTS" in listed(case, "in")
 
 
-def test_mixed_precision_is_said(tmp_path):
+def test_mixed_precision_is_stated(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__precision="mixed")
     assert terms(case) == EVERYTHING | {"precision": "mixed"}
-    assert "contacts between balls evaluated by our kernels, in mixed precision" in said(case, "in")
+    assert "contacts between balls evaluated by our kernels, in mixed precision" in listed(
+        case, "in"
+    )
 
 
 def test_a_single_ball_has_no_pair_style_and_no_dumps(tmp_path):
     case = of_kind(tmp_path, "single-ball")
     assert terms(case) == EVERYTHING | {"pair": "none", "dumps": "off"}
-    out = said(case, "out")
+    out = listed(case, "out")
     assert (
         "no other to touch"
         in out["contacts between balls: pair style, neighbour list, ghost balls"]
@@ -91,28 +93,28 @@ def test_a_single_ball_has_no_pair_style_and_no_dumps(tmp_path):
 
 @pytest.mark.parametrize("pair", ["pp", "pw"])
 @pytest.mark.parametrize("wall", ["mesh", "analytic"])
-def test_a_coefficient_of_zero_takes_its_term_out_where_it_is_zero(tmp_path, pair, wall):
+def test_a_coefficient_of_zero_omits_its_term_where_it_is_zero(tmp_path, pair, wall):
     changes = {f"material__rolling_friction_{pair}": 0.0, f"material__static_friction_{pair}": 0.0}
     case = of_kind(tmp_path, "multi-ball", wall__kind=wall, **changes)
-    # fix wall/mill has no other tangential model, and says so.
+    # fix wall/mill has no other tangential model, and the case reports it.
     stays = pair == "pw" and wall == "analytic"
     assert terms(case) == EVERYTHING | {
         f"rolling_model_{pair}": "off",
         f"tangential_model_{pair}": "history" if stays else "no_history",
     }
-    reasons = {**said(case, "in"), **said(case, "out")}.values()
+    reasons = {**listed(case, "in"), **listed(case, "out")}.values()
     assert any(f"rolling_friction_{pair} is 0" in reason for reason in reasons)
     assert any(f"static_friction_{pair} is 0" in reason for reason in reasons)
 
 
 @pytest.mark.parametrize("kind", ["single-ball", "multi-ball"])
-def test_whatever_is_forced_is_in_and_says_so(tmp_path, kind):
+def test_a_forced_term_is_in_the_deck_and_is_reported(tmp_path, kind):
     changes = {**NO_FRICTION, "wall__kind": "mesh"}
     bare = terms(of_kind(tmp_path, kind, **changes))
     assert all(bare[name] != EVERYTHING[name] for name in EVERYTHING if name[-2:] in ("pp", "pw"))
     full = of_kind(tmp_path, kind, model__force=list(FORCIBLE), **changes)
     assert terms(full) == EVERYTHING
-    forced = [reason for reason in said(full, "in").values() if "[model] force" in reason]
+    forced = [reason for reason in listed(full, "in").values() if "[model] force" in reason]
     assert len(forced) == sum(bare[name] != EVERYTHING[name] for name in EVERYTHING)
     assert terms(of_kind(tmp_path, kind, model__force=["rolling"], **changes)) == bare | {
         "rolling_model_pp": "cdt",
@@ -127,6 +129,8 @@ def test_forcing_a_term_makes_another_case(tmp_path):
     assert plain.digest != forced.digest
 
 
-def test_nothing_is_said_of_balls_that_do_not_meet(tmp_path):
+def test_ball_ball_terms_are_omitted_if_the_case_has_one_ball(tmp_path):
     case = of_kind(tmp_path, "single-ball", **NO_FRICTION)
-    assert not any("between balls," in what for side in ("in", "out") for what in said(case, side))
+    assert not any(
+        "between balls," in what for side in ("in", "out") for what in listed(case, side)
+    )

@@ -1,4 +1,4 @@
-"""Campaigns at the ends of what the keys accept: planned, or refused in one line, and quickly."""
+"""Campaigns at the limits of their keys are planned, or refused in one line, and quickly."""
 
 import json
 import math
@@ -15,7 +15,7 @@ from millscale.errors import CampaignError
 from millscale.workflow.plan import plan_rows, render_plan
 from paper_campaign import BASE, MULTI_BALL, campaign_text
 
-# Beside a key that is set to an end: those that say the same.
+# For a key that is set to a limit: the keys that state the same quantity.
 SPEEDS = {"speed_rad_s", "speed_rpm", "period_s", "percent_of_critical", "froude"}
 INSTEAD = [
     ("mill", SPEEDS),
@@ -27,7 +27,7 @@ MOST_SECONDS = 2.0
 
 
 def an_end(name: str, key: Key, chance: random.Random):
-    """A value of a key: the least, the most, or any size between."""
+    """Return a value of a key: the smallest, the largest, or any between them."""
     if key.choices and (key.type == "text" or chance.random() < 0.2):
         value = chance.choice(key.choices)
     elif key.type in ("flag", "text"):
@@ -44,7 +44,7 @@ def an_end(name: str, key: Key, chance: random.Random):
 
 
 def a_campaign(chance: random.Random) -> dict:
-    """The paper's mill with some keys at their ends."""
+    """Return the paper's mill with some keys at their limits."""
     tree = {name: dict(content) for name, content in (BASE | MULTI_BALL).items()}
     if chance.random() < 0.6:
         del tree[chance.choice(list(KINDS))]
@@ -63,7 +63,7 @@ def a_campaign(chance: random.Random) -> dict:
 
 
 def is_planned(tree: dict) -> bool:
-    """Whether a campaign is planned in finite numbers; if not, it is refused in one line."""
+    """Return whether a campaign is planned in finite numbers; if not, assert a one-line error."""
     try:
         rows = plan_rows(campaign_of(Path("ends.toml"), tree))
     except CampaignError as error:
@@ -88,7 +88,7 @@ def test_campaigns_at_the_ends_are_planned_or_refused_in_one_line(first):
         except Exception as error:
             raise AssertionError(f"seed {seed}: {json.dumps(tree)}") from error
         assert time.process_time() - begin < MOST_SECONDS, f"seed {seed}: {json.dumps(tree)}"
-    # Neither all nor none: both ways are tried.
+    # Both outcomes occur.
     assert 0.2 * len(seeds) < planned < 0.8 * len(seeds)
 
 

@@ -1,4 +1,4 @@
-"""What is refused or warned of before the engine would: speeds, grooves, cores, plans."""
+"""Refusals and warnings before the engine runs: speeds, grooves, cores, plans."""
 
 import math
 import shlex
@@ -18,7 +18,7 @@ from paper_campaign import MULTI_BALL, cases, write_campaign
 from small_command import small
 
 TRAPEZOID = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25)
-# Faces that lean so little that a groove is narrower between the tops than at its foot.
+# With faces this steep a groove is narrower between the tops than at its foot.
 NARROW_MOUTH = _core.Lifters.from_face_angle(1.0, 0.8, 0.1, 0.0, 20)
 
 
@@ -51,7 +51,7 @@ def test_on_a_mesh_balls_may_lie_on_the_lifters(tmp_path):
         assert bool(warned) == (case.S == 20.0)
 
 
-def test_balls_that_fit_no_mill_are_told_so(tmp_path):
+def test_balls_that_fit_in_no_scaled_mill_are_refused(tmp_path):
     narrow = {"liner__lifters": 100, "liner__lifter_top_width_m": 0.15}
     with pytest.raises(CampaignError, match="accepted: smaller balls or wider grooves"):
         cases(tmp_path, **narrow, liner__groove_width_m=0.05, ball__radius_m=0.05)
@@ -60,7 +60,7 @@ def test_balls_that_fit_no_mill_are_told_so(tmp_path):
 @pytest.mark.parametrize(
     ("speed", "warned"),
     [
-        # rad/s typed as rpm, a share typed as percent, and simply slow.
+        # A speed in rad/s typed as rpm, a fraction typed as percent, and a slow mill.
         # 1.5708 rpm of this mill would be 10.3 %.
         ({"speed_rpm": 1.0}, "rad/s typed as rpm? speed_rad_s = 1 would be 62.9 %"),
         ({"percent_of_critical": 0.7}, "a share typed as percent? 70 would be that"),
@@ -75,7 +75,7 @@ def test_a_mill_below_a_tenth_of_critical_is_warned_of(tmp_path, speed, warned):
     assert [warned in text for text in warnings] == ([] if warned is None else [True])
 
 
-def test_rpm_typed_as_rad_s_is_asked_about(tmp_path):
+def test_a_speed_in_rpm_typed_as_rad_s_is_refused_with_a_question(tmp_path):
     with pytest.raises(CampaignError, match=r"rpm typed as rad/s\? speed_rpm = 9\.55 would be 62"):
         load_campaign(write_campaign(tmp_path, mill__speed_rad_s=9.55))
     with pytest.raises(CampaignError) as refused:
@@ -98,15 +98,15 @@ def test_rpm_typed_as_rad_s_is_asked_about(tmp_path):
         (CoreWish(2, 1), []),
     ],
 )
-def test_what_a_machine_cannot_give_is_said_with_the_reason(tmp_path, monkeypatch, usual, notes):
+def test_ranks_beyond_the_machine_are_reported_with_the_reason(tmp_path, monkeypatch, usual, notes):
     monkeypatch.setattr(placement, "available_cores", lambda: 2)
     charges = cases(tmp_path, single_ball=None, **MULTI_BALL)
     assert list(place(charges, CoreWish(), usual).notes) == notes
-    # What was asked for in so many words is met or refused, never lowered.
+    # An explicit request is used or refused, never lowered.
     assert place(charges, CoreWish(1, 1), usual).notes == ()
 
 
-def test_the_plan_and_the_run_say_that_ranks_are_lowered(tmp_path, monkeypatch):
+def test_plan_and_run_report_that_ranks_are_lowered(tmp_path, monkeypatch):
     monkeypatch.setattr(placement, "available_cores", lambda: 2)
     path = write_campaign(tmp_path, single_ball=None, **MULTI_BALL, run__ranks=8)
     rows = plan_rows(load_campaign(path))
@@ -125,18 +125,18 @@ def test_commands_that_are_printed_can_be_pasted(tmp_path):
     command = small(folder)
     printed = command("generate").stdout
     line = next(x for x in printed.splitlines() if "next: millscale run" in x)
-    words = shlex.split(line.partition("next: ")[2].partition(", or")[0])
-    assert words == ["millscale", *command.line("run")]
+    arguments = shlex.split(line.partition("next: ")[2].partition(", or")[0])
+    assert arguments == ["millscale", *command.line("run")]
     printed = command("run").stdout
     line = next(x for x in printed.splitlines() if "next: millscale report" in x)
     assert shlex.split(line.partition("next: ")[2]) == ["millscale", *command.line("report")]
 
 
-def test_a_plan_does_not_speak_of_the_paper(tmp_path):
+def test_a_plan_of_another_mill_does_not_mention_the_paper(tmp_path):
     drum = {"mill__radius_m": 1.0, "liner": None, "single_ball__step_s": "advised"}
     for case in cases(tmp_path, **drum, **MULTI_BALL):
-        said = [entry for side in (case.model.inside, case.model.outside) for entry in side]
-        texts = " ".join(entry.what + entry.reason for entry in said)
+        entries = [entry for side in (case.model.inside, case.model.outside) for entry in side]
+        texts = " ".join(entry.what + entry.reason for entry in entries)
         assert "the paper" not in texts and "Eq" not in texts
 
 
@@ -145,8 +145,8 @@ def test_small_numbers_are_shown_with_their_digits(tmp_path):
     path = write_campaign(tmp_path, **slow, single_ball__step_s="advised")
     console = Console(width=180, record=True, file=(tmp_path / "screen").open("w"))
     console.print(render_plan(plan_rows(load_campaign(path))))
-    words = [line.split() for line in console.export_text().splitlines()]
-    row = next(x for x in words if x[:1] == ["sb-cg-paper-S1.000"])
+    rows = [line.split() for line in console.export_text().splitlines()]
+    row = next(x for x in rows if x[:1] == ["sb-cg-paper-S1.000"])
     assert row[1:4] == ["3.9", "0.0001", "0.0032"]
 
 

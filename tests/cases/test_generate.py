@@ -11,7 +11,7 @@ from paper_campaign import MULTI_BALL, write_campaign
 
 
 def files(folder: Path) -> dict[str, tuple[str, int]]:
-    """Content and date of every file."""
+    """Return content and date of every file."""
     return {
         str(path.relative_to(folder)): (path.read_text(), path.stat().st_mtime_ns)
         for path in folder.rglob("*")
@@ -24,7 +24,7 @@ def backdate(folder: Path) -> None:
         os.utime(path, (1e9, 1e9))
 
 
-def test_a_campaign_becomes_a_folder_per_case_and_a_list_of_them(tmp_path):
+def test_a_campaign_becomes_a_folder_for_each_case_and_a_list_of_cases(tmp_path):
     runs = tmp_path / "runs"
     found = generate(write_campaign(tmp_path, **MULTI_BALL), runs)
     campaign = json.loads((runs / "campaign.json").read_text())
@@ -73,7 +73,7 @@ def test_a_changed_campaign_touches_only_the_cases_it_changes(tmp_path):
     }
 
 
-def test_changed_cases_are_told_without_writing(tmp_path):
+def test_changed_cases_are_found_without_writing(tmp_path):
     path, runs = write_campaign(tmp_path), tmp_path / "runs"
     found = generate(path, runs)
     assert changed_cases(found, runs) == set()

@@ -3,19 +3,19 @@ import math
 from paper_campaign import MULTI_BALL, cases
 
 
-def said(case, side: str) -> dict[str, str]:
+def listed(case, side: str) -> dict[str, str]:
     statements = {"in": case.model.inside, "out": case.model.outside}[side]
     return {entry.what: entry.reason for entry in statements}
 
 
-def test_what_the_paper_does_not_give_is_said_to_be_assumed(tmp_path):
+def test_values_that_the_paper_omits_are_reported_as_assumed(tmp_path):
     for case in cases(tmp_path, **MULTI_BALL):
-        assert "assumption" in said(case, "in")["wall with the elastic constants of the balls"]
+        assert "assumption" in listed(case, "in")["wall with the elastic constants of the balls"]
 
 
 def test_the_unscaled_ball_radius_is_left_out_of_scaled_mills_only(tmp_path):
     for case in cases(tmp_path, scaling__policies=["corrected", "paper"]):
-        reason = said(case, "out").get("scaling of the ball radius")
+        reason = listed(case, "out").get("scaling of the ball radius")
         assert (reason is None) == (case.S == 1.0)
         assert reason is None or case.policy in reason
 
@@ -25,4 +25,4 @@ def test_air_drag_is_weighed_against_the_ball(tmp_path):
     weight = 4.0 / 3.0 * math.pi * 0.02**3 * 2678.0 * 9.81
     for case in cases(tmp_path)[:1]:
         speed = case.time.impact_speed_m_s
-        assert said(case, "out")["air drag"].startswith(f"{drag * speed**2 / weight:.1%} ")
+        assert listed(case, "out")["air drag"].startswith(f"{drag * speed**2 / weight:.1%} ")

@@ -1,4 +1,4 @@
-"""The disk that cases take: predicted, held against files, and asked for before a run."""
+"""Disk space of cases: predicted, compared with files, and required before a run."""
 
 import json
 import shutil
@@ -39,7 +39,7 @@ def test_a_case_beyond_its_budget_is_refused(tmp_path):
     assert case_of(tmp_path, text + "1.0").predicted.output_bytes > 1e7
 
 
-def test_the_plan_tells_the_disk(millscale):
+def test_the_plan_shows_the_disk_space(millscale):
     rows = json.loads(millscale("plan", "--json").stdout)
     assert all(1e5 < row["output_bytes"] < 1e7 for row in rows)
     assert "disk" in millscale("plan").stdout
@@ -65,13 +65,13 @@ def test_a_small_disk_is_enough_for_finished_cases(finished, monkeypatch):
     ("size", "text"),
     [(0, "0 B"), (12_345, "12 kB"), (3_400_000, "3.4 MB"), (1.24e9, "1.2 GB"), (4e12, "4000 GB")],
 )
-def test_sizes_for_people(size, text):
+def test_sizes_are_shown_with_a_unit(size, text):
     assert size_text(size) == text
 
 
 @pytest.mark.engine
-def test_a_run_takes_what_was_predicted(tmp_path, monkeypatch):
-    """No more than predicted, and more than a fifth: fixed shares weigh much in so small a case."""
+def test_a_run_takes_the_predicted_disk_space(tmp_path, monkeypatch):
+    """At most the prediction and over a fifth of it; fixed parts dominate so small a case."""
     from millscale.workflow.run_stage import run_stage
     from provoked_failures import prepared
 

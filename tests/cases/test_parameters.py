@@ -41,7 +41,7 @@ def test_options_of_contacts_are_written_if_chosen(tmp_path):
         assert set(parameters(case)) == ALWAYS | {"precision"} | ledger
 
 
-def test_numbers_come_back_exactly(both_kinds, tmp_path):
+def test_numbers_read_back_exactly(both_kinds, tmp_path):
     for case in both_kinds:
         write_parameters(case, tmp_path)
         written = read(tmp_path / "parameters.in")
@@ -64,8 +64,8 @@ def test_counts_are_whole_numbers(both_kinds, tmp_path):
 def test_the_liner_is_stated_exactly(both_kinds, tmp_path):
     for case in both_kinds:
         write_parameters(case, tmp_path)
-        words = read(tmp_path / "parameters.in")["liner_shape"].strip('"').split()
-        stated = {key: float(value) for key, value in zip(words[::2], words[1::2], strict=True)}
+        entries = read(tmp_path / "parameters.in")["liner_shape"].strip('"').split()
+        stated = {key: float(value) for key, value in zip(entries[::2], entries[1::2], strict=True)}
         assert stated == {
             "lifters": case.mill.lifters,
             "phase": case.mill.phase_rad,
@@ -92,7 +92,7 @@ def test_the_box_holds_the_mill(both_kinds):
         assert values["half_box"] > values["mill_radius"] + values["ball_radius"]
 
 
-def test_the_decks_use_no_variable_that_nobody_sets(both_kinds):
+def test_every_variable_of_the_decks_is_set(both_kinds):
     decks = "\n".join(path.read_text() for path in (REPOSITORY / "templates").glob("*.in"))
     code = "\n".join(line.partition("#")[0] for line in decks.splitlines())
     used = set(re.findall(r"\$\{(\w+)\}", code)) | set(re.findall(r"\bv_(\w+)", code))

@@ -17,16 +17,16 @@ def times(folder, **changes):
 
 
 def test_impact_speed_is_that_of_the_parabola_back_to_the_circle():
-    """Fly the parabola from the release at phi until the circle R - a is met again."""
+    """Fly the parabola from the release at phi until the ball reaches the circle R - a again."""
     mill = _core.OperatingPoint(3.9, 0.02, 9.81, 1.0)
-    path = 3.88
-    phi = math.acos(path / 9.81)
-    x, z = -path * math.sin(phi), path * math.cos(phi)
-    vx, vz = path * math.cos(phi), path * math.sin(phi)
+    radius = 3.88
+    phi = math.acos(radius / 9.81)
+    x, z = -radius * math.sin(phi), radius * math.cos(phi)
+    vx, vz = radius * math.cos(phi), radius * math.sin(phi)
     low, high = 0.1, 4.0
 
     def outside(t):
-        return math.hypot(x + vx * t, z + vz * t - 0.5 * 9.81 * t * t) > path
+        return math.hypot(x + vx * t, z + vz * t - 0.5 * 9.81 * t * t) > radius
 
     for _ in range(80):
         middle = 0.5 * (low + high)
@@ -38,12 +38,12 @@ def test_a_centrifuging_ball_runs_with_the_mill():
     assert impact_speed(_core.OperatingPoint(1.0, 0.1, 9.81, 10.0)) == pytest.approx(9.0)
 
 
-def test_fixed_stiffness_gives_every_model_the_same_step(tmp_path):
+def test_fixed_stiffness_gives_every_scaled_mill_the_same_step(tmp_path):
     found = times(tmp_path, **MULTI)
     assert len({time.step_s for time in found.values()}) == 1
 
 
-def test_advice_for_the_papers_ball_is_what_was_measured_to_be_accurate(tmp_path):
+def test_the_advised_steps_are_those_measured_to_be_accurate(tmp_path):
     """5e-5 s for one ball; a fifth of the Rayleigh time in beds; with plain damping 1e-4 s in
     the S = 2.6 bed, less where the bed is deeper."""
     single = times(tmp_path, single_ball__step_s="advised")
@@ -88,8 +88,8 @@ def test_a_step_above_the_damping_limit_is_warned_of(tmp_path):
 
 
 def test_the_overlap_at_rest_follows_from_pressure_and_contacts(tmp_path):
-    """Mean force of contacts from the stress they carry, then Hertz; the factor used is measured,
-    and smaller by a seventh."""
+    """The mean contact force follows from the stress, the overlap from Hertz; the measured factor
+    in use is smaller by a seventh."""
     solid, contacts, depth, nu, a = 0.6, 5.5, 0.3, 0.3, 0.02
     for case in cases(tmp_path, **MULTI):
         mill, modulus = case.mill, case.material.youngs_modulus_pa

@@ -39,7 +39,7 @@ def test_chord_error_is_given_for_the_physical_mill(tmp_path):
     assert [case.wall.chord_error_m for case in found[:2]] == [2e-3, 2e-3 / 2.6]
 
 
-def test_meshes_of_all_models_are_similar(tmp_path):
+def test_meshes_of_all_scaled_mills_are_similar(tmp_path):
     found = cases(tmp_path, scaling__S=[1.0, 1.3, 2.6])
     assert len({case.wall.triangles for case in found}) == 1
 
@@ -49,7 +49,7 @@ def test_axial_divisions_multiply_the_triangles(tmp_path):
     assert three == 3 * one
 
 
-# An ordinary mill as seen in the wild: 4.7 m by 7.2 m, and a drum 80 balls wide.
+# A common industrial mill, 4.7 m by 7.2 m, and a drum 80 balls wide.
 LONG = {"mill__radius_m": 2.35, "mill__length_m": 7.2, "liner": None}
 SLENDER = {
     "mill__radius_m": 0.12,
@@ -91,7 +91,7 @@ def test_the_program_finds_axial_divisions_that_the_engine_takes(tmp_path, mill)
         assert report.ok, report.problems
         assert wall.curvature_deg == pytest.approx(report.curvature_deg, rel=1e-9)
         assert wall.triangles == len(panels.triangles)
-        # None fewer would do.
+        # One division fewer is refused.
         if wall.axial_divisions > 1:
             fewer = panels_of(liner_of(case.mill), *args, wall.axial_divisions - 1)
             assert not lint(fewer, liner_of(case.mill), *args).ok
@@ -133,7 +133,7 @@ def test_the_first_contact_below_is_where_a_disc_let_down_stops(phase_deg, S):
     liner = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25, math.radians(phase_deg)).scaled(S)
     nodes, _ = liner.polygon(5e-4 / S)
     z = first_contact_below(nodes, 0.02)
-    # The whole way down is free, and at its end the disc touches, to rounding of the mill's size.
+    # The path down is free, and the disc is in contact at its end, to rounding of the mill's size.
     way = np.linspace(0.0, z, 2001)
     gaps = distance(nodes, np.column_stack([np.zeros_like(way), way]))
     assert gaps[:-1].min() > 0.02 - 1e-12

@@ -22,9 +22,9 @@ def charge(throws, tmp_path):
     return folder
 
 
-def refused(*words):
-    """The one line of a command with wrong input."""
-    done = millscale("analyse", *words)
+def refused(*arguments):
+    """Return the error line of a command with wrong input."""
+    done = millscale("analyse", *arguments)
     assert done.returncode == 2 and done.stdout == ""
     (line,) = done.stderr.splitlines()
     return line
@@ -70,8 +70,8 @@ def test_groups_refuses_what_matches_nothing_or_is_no_case(tmp_path):
 
 def test_campaigns_writes_rows_with_their_origin(throws, tmp_path):
     to = tmp_path / "paper-multi-ball.json"
-    words = ("campaigns", throws, "--to", to)
-    done = millscale("analyse", *words, "--machine", "shared", "--commit", "abc")
+    arguments = ("campaigns", throws, "--to", to)
+    done = millscale("analyse", *arguments, "--machine", "shared", "--commit", "abc")
     assert done.returncode == 0, done.stderr
     content = json.loads(to.read_text())
     assert content["commit"] == "abc"
@@ -84,7 +84,9 @@ def test_campaigns_writes_rows_with_their_origin(throws, tmp_path):
     assert len({line.count("|") for line in table}) == 1
     assert " ± " in table[3] and "(" in table[3]
     assert "| 12 | – | 1.0 | – | – |" in table[2]  # the physical mill against itself
-    assert "a second campaign named 'synthetic'" in refused("campaigns", throws, throws, *words[2:])
+    assert "a second campaign named 'synthetic'" in refused(
+        "campaigns", throws, throws, *arguments[2:]
+    )
 
 
 def test_variants_prints_a_row_for_each_campaign_and_scheme(runs, tmp_path):

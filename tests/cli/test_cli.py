@@ -27,7 +27,7 @@ def test_dry_run_of_a_finished_run_has_nothing_to_do(finished):
     assert finished.dates() == before
 
 
-def test_dry_run_sees_which_cases_a_campaign_edit_changes(finished):
+def test_dry_run_shows_which_cases_a_campaign_edit_changes(finished):
     finished.file.write_text(TEXT.replace("count = [50]", "count = [40]"))
     done = finished("run", "--dry-run")
     assert "1 of 3 cases to do" in done.stdout
@@ -54,7 +54,7 @@ def test_dry_run_sees_which_cases_a_campaign_edit_changes(finished):
         (("--slurm", "--profile", "nowhere"), "--profile: no config.yaml in nowhere"),
     ],
 )
-def test_wrong_run_options_are_one_line_and_leave_nothing(millscale, arguments, cause):
+def test_wrong_run_options_give_one_line_and_write_nothing(millscale, arguments, cause):
     done = millscale("run", *arguments)
     assert done.returncode == 2 and done.stdout == ""
     assert cause in done.stderr and len(done.stderr.splitlines()) == 1
@@ -63,13 +63,13 @@ def test_wrong_run_options_are_one_line_and_leave_nothing(millscale, arguments, 
 
 @pytest.mark.parametrize("option", ["--every", "--silence"])
 @pytest.mark.parametrize("seconds", ["inf", "nan", "-1", "0"])
-def test_times_of_status_are_times(finished, option, seconds):
+def test_intervals_of_status_must_be_times(finished, option, seconds):
     done = finished("status", "--watch", option, seconds)
     assert done.returncode == 2 and done.stdout == ""
     assert f"millscale status: {option}: got {seconds}; accepted: 0.1 to 1e+09 s" in done.stderr
 
 
-def test_a_machine_without_slurm_says_what_is_missing(millscale):
+def test_a_machine_without_slurm_is_refused_with_what_is_missing(millscale):
     done = millscale("run", "--slurm", PATH="")
     assert done.returncode == 2 and "millscale run: --target slurm: " in done.stderr
     assert "no sbatch on the PATH" in done.stderr or "millscale[slurm]" in done.stderr
@@ -77,7 +77,7 @@ def test_a_machine_without_slurm_says_what_is_missing(millscale):
 
 
 @pytest.mark.parametrize("command", ["plan", "generate", "run"])
-def test_a_wrong_campaign_is_one_line_and_leaves_nothing(millscale, command):
+def test_a_wrong_campaign_gives_one_line_and_writes_nothing(millscale, command):
     millscale.file.write_text(TEXT.replace("lifters = 8", "lifter = 8"))
     done = millscale(command)
     assert done.returncode == 2 and done.stdout == ""
@@ -86,7 +86,7 @@ def test_a_wrong_campaign_is_one_line_and_leaves_nothing(millscale, command):
     assert [path.name for path in millscale.file.parent.iterdir()] == ["small.toml"]
 
 
-def test_a_missing_engine_is_said_before_anything_is_written(millscale):
+def test_a_missing_engine_is_reported_before_anything_is_written(millscale):
     done = millscale("run", MILLSCALE_ENGINE="/nosuch/liggghts_mill")
     assert done.returncode == 2
     assert "MILLSCALE_ENGINE: got /nosuch/liggghts_mill; accepted:" in done.stderr
@@ -94,13 +94,13 @@ def test_a_missing_engine_is_said_before_anything_is_written(millscale):
 
 
 @pytest.mark.parametrize("command", ["status", "report"])
-def test_a_folder_without_campaign_is_said(millscale, command):
+def test_a_folder_without_campaign_is_reported(millscale, command):
     done = millscale(command)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
     assert "campaign.json" in done.stderr
 
 
-def test_a_runs_folder_that_is_a_file_is_said(millscale):
+def test_a_runs_folder_that_is_a_file_is_reported(millscale):
     millscale.runs.write_text("a file")
     done = millscale("run")
     assert done.returncode == 2 and "cannot be made" in done.stderr

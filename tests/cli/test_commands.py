@@ -15,20 +15,20 @@ from millscale.cli.main import app
 HEAVY = ("gmsh", "matplotlib", "numpy", "pyvista", "scipy", "snakemake", "vtk")
 
 
-def commands(group, words=()):
-    """Yield the words of each command below a group."""
+def commands(group, names=()):
+    """Yield the names that make up each command below a group."""
     for name, command in group.commands.items():
         if hasattr(command, "commands"):
-            yield from commands(command, (*words, name))
+            yield from commands(command, (*names, name))
         else:
-            yield (*words, name)
+            yield (*names, name)
 
 
 COMMANDS = list(commands(typer.main.get_command(app)))
 
 
 def test_every_task_is_a_command():
-    assert {" ".join(words) for words in COMMANDS} == {
+    assert {" ".join(names) for names in COMMANDS} == {
         *("plan", "generate", "run", "status", "verify", "report", "study", "predict"),
         "bench output-cost",
         *(
@@ -45,13 +45,13 @@ def test_every_task_is_a_command():
     }
 
 
-@pytest.mark.parametrize("words", [*COMMANDS, ("bench",)], ids=" ".join)
-def test_help_of_every_command_has_an_example(words):
-    done = millscale(*words, "--help")
+@pytest.mark.parametrize("names", [*COMMANDS, ("bench",)], ids=" ".join)
+def test_help_of_every_command_has_an_example(names):
+    done = millscale(*names, "--help")
     assert done.returncode == 0
     text = " ".join(done.stdout.split())
-    assert f"Usage: millscale {' '.join(words)} " in text
-    assert f": millscale {' '.join(words)} " in text.replace("│", "")
+    assert f"Usage: millscale {' '.join(names)} " in text
+    assert f": millscale {' '.join(names)} " in text.replace("│", "")
 
 
 def test_version_is_that_of_the_package():

@@ -1,4 +1,4 @@
-"""Campaign files as people wrote them, that were refused, let through or explained wrongly.
+"""Campaign files written by users that earlier versions refused, accepted or explained wrongly.
 
 Each command is run as it is typed, and what it prints is what is tested.
 """
@@ -129,15 +129,15 @@ def with_(text: str, *pairs: tuple[str, str]) -> str:
     return text
 
 
-def millscale(*words: str | Path) -> tuple[int, str]:
-    """Exit code of a command, and all that it printed."""
-    done = in_process.millscale(*words)
+def millscale(*arguments: str | Path) -> tuple[int, str]:
+    """Return the exit code of a command and everything it printed."""
+    done = in_process.millscale(*arguments)
     return done.returncode, done.stdout + done.stderr
 
 
 @dataclass(frozen=True)
 class Input:
-    """A campaign and what `millscale plan` must say of it; `code` is its exit code."""
+    """A campaign, and the exit code and output that `millscale plan` must give."""
 
     text: str | bytes
     code: int
@@ -211,7 +211,7 @@ INPUTS = {
 
 
 @pytest.mark.parametrize("name", INPUTS)
-def test_plan_says_what_the_engine_would_have_said_too_late(name, tmp_path):
+def test_plan_reports_what_the_engine_would_refuse_later(name, tmp_path):
     given = INPUTS[name]
     file = tmp_path / "a.toml"
     file.write_bytes(given.text if isinstance(given.text, bytes) else given.text.encode())
@@ -223,7 +223,7 @@ def test_plan_says_what_the_engine_would_have_said_too_late(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["an ordinary mill", "lifter tops of a millimetre"])
-def test_the_mesh_of_an_analytic_wall_stops_nothing(name, tmp_path):
+def test_a_mesh_that_the_engine_refuses_does_not_stop_an_analytic_wall(name, tmp_path):
     file = tmp_path / "a.toml"
     file.write_text(INPUTS[name].text, encoding="utf-8")
     assert millscale("generate", file, "--runs", tmp_path / "runs")[0] == 0
@@ -233,17 +233,17 @@ def test_the_mesh_of_an_analytic_wall_stops_nothing(name, tmp_path):
     assert (case / "liner.stl").stat().st_size > 10_000
 
 
-def test_a_gmsh_that_cannot_load_is_told_with_its_package(tmp_path, monkeypatch):
+def test_a_gmsh_that_cannot_load_is_reported_with_its_package(tmp_path, monkeypatch):
     packages = tmp_path / "packages"
     packages.mkdir()
-    said = "libGLU.so.1: cannot open shared object file: No such file or directory"
-    (packages / "gmsh.py").write_text(f"raise OSError({said!r})\n")
+    cause = "libGLU.so.1: cannot open shared object file: No such file or directory"
+    (packages / "gmsh.py").write_text(f"raise OSError({cause!r})\n")
     monkeypatch.syspath_prepend(str(packages))
     monkeypatch.delitem(sys.modules, "gmsh", raising=False)
     file = tmp_path / "a.toml"
     file.write_text(f'{SINGLE_BALL}[wall]\nkind = "mesh"\n', encoding="utf-8")
     code, printed = millscale("generate", file, "--runs", tmp_path / "runs")
     assert code == 1
-    assert f"missing library: {said}" in printed
+    assert f"missing library: {cause}" in printed
     assert 'sudo apt-get install libglu1-mesa, or set wall.kind = "analytic"' in printed
     monkeypatch.delitem(sys.modules, "gmsh", raising=False)

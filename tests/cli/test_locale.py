@@ -21,18 +21,18 @@ def command(tmp_path):
     return Millscale(file, tmp_path / "läufe")
 
 
-def run(command, *words):
-    line = [sys.executable, "-m", "millscale", *command.line(words[0]), *words[1:]]
+def run(command, *arguments):
+    line = [sys.executable, "-m", "millscale", *command.line(arguments[0]), *arguments[1:]]
     environment = command.environment(**ASCII_ONLY)
     return subprocess.run(line, env=environment, capture_output=True)
 
 
 def test_every_command_reads_writes_and_prints_without_utf8_in_the_locale(command):
-    for words in (("plan",), ("plan", "--json"), ("generate",), ("run", "--dry-run"), ("run",)):
-        done = run(command, *words)
+    for arguments in (("plan",), ("plan", "--json"), ("generate",), ("run", "--dry-run"), ("run",)):
+        done = run(command, *arguments)
         assert done.returncode == 0, done.stderr.decode()
-    for words in (("status",), ("status", "--json"), ("verify",)):
-        done = run(command, *words)
+    for arguments in (("status",), ("status", "--json"), ("verify",)):
+        done = run(command, *arguments)
         assert done.returncode == 0, done.stderr.decode()
         done.stdout.decode("ascii")
     copy = (command.runs / "campaign.toml").read_bytes()

@@ -33,7 +33,7 @@ def command(folder, name, text):
 
 @pytest.fixture
 def bare_machine():
-    """A copy of scripts/setup on a machine without packages and root, where anyone may write."""
+    """Return a copy of scripts/setup on a machine without its packages and without root."""
     folder = Path(tempfile.mkdtemp(prefix="millscale-"))
     folder.chmod(0o777)
     for name in ("scripts", "bin"):

@@ -1,4 +1,4 @@
-"""What a log that repeats a deck looks like, and what it does not."""
+"""The log of a deck is recognised, and that of another deck is not."""
 
 import pytest
 
@@ -23,7 +23,7 @@ variable began string $(step)
     "wall_mesh.in": 'variable turned string "mesh liner"\nfix liner all mesh\n',
     "wall_analytic.in": "fix liner all wall/mill\n",
 }
-# As the engine prints it: lines joined, replaced variable by variable, results between them.
+# As the engine prints the deck: lines joined, variables replaced one by one, results between.
 LOG = """LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0)
 # A deck.
 variable resume index 0 # 1: go on

@@ -1,4 +1,4 @@
-"""Errors and timing out of the engine's log."""
+"""Errors and timing from the engine's log."""
 
 import pytest
 
@@ -41,12 +41,12 @@ def test_a_clean_log_has_no_error():
     assert error_line("WARNING: no ERROR here\nthermo_modify lost error\n") is None
 
 
-def test_an_engine_told_to_end_did_not_finish():
+def test_an_engine_that_was_asked_to_end_did_not_finish():
     text = "SIGINT/SIGTERM caught - Writing restart on next occasion and quitting after that.\n"
     assert "signal" in error_line(text)
 
 
-def test_a_crash_is_told_with_rank_and_signal():
+def test_a_crash_is_reported_with_rank_and_signal():
     text = "mpirun noticed that process rank 3 with PID 0 on node a exited on signal 6 (Aborted).\n"
     assert error_line(text) == "the engine crashed: rank 3 exited on signal 6 (Aborted)"
 

@@ -4,7 +4,7 @@ from millscale.engine import machine
 from millscale.engine.machine import available_cores, hardware
 
 
-def test_a_container_s_quota_lowers_the_cores(monkeypatch, tmp_path):
+def test_the_quota_of_a_container_limits_the_cores(monkeypatch, tmp_path):
     monkeypatch.setattr(machine.os, "sched_getaffinity", lambda _: set(range(16)))
     monkeypatch.setattr(machine, "_QUOTA", tmp_path / "cpu.max")
     assert available_cores() == 16

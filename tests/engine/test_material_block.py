@@ -43,7 +43,7 @@ def test_the_block_defines_what_the_template_defines():
     ("moduli", "soft", "hard"),
     [((5.98e7, 5.98e7), "no", "no"), ((4e6, 1e8), "yes", "no"), ((1e7, 2e9), "no", "yes")],
 )
-def test_moduli_that_the_engine_doubts_are_confirmed(moduli, soft, hard):
+def test_moduli_outside_the_engines_range_are_confirmed(moduli, soft, hard):
     block = material_block(moduli, [0.3] * 2, restitution=[0.5] * 4, friction=[0.5] * 4)
     assert f"soft_particles {soft}\nhard_particles {hard}\n" in block
     assert "coefficientRollingFriction" not in block

@@ -1,4 +1,4 @@
-"""A child that ends with its parent, and the lock that it then frees."""
+"""A child process ends with its parent and then frees its lock."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ with hold(Path(sys.argv[1])) as lock:
     print(child.pid, flush=True)
     child.wait()
 """
-# Ends some time after it was told to.
+# Ends some time after it got the signal.
 CHILD = """
 import signal, sys, time
 def end(*_):
@@ -40,7 +40,7 @@ time.sleep(60)
 
 @pytest.fixture
 def family(tmp_path):
-    """Starts a parent that holds the folder's lock with its child; returns both."""
+    """Return a function that starts a parent and a child holding the folder's lock."""
     started = []
 
     def start(delay):
@@ -60,7 +60,7 @@ def family(tmp_path):
             process.kill()
 
 
-def test_a_child_ends_with_its_parent_however_that_ends(family):
+def test_a_child_ends_with_its_parent_however_the_parent_ends(family):
     parent, child = family(delay=0)
     parent.kill()
     parent.wait()
@@ -78,7 +78,7 @@ def test_the_lock_of_a_killed_process_is_waited_for_while_its_children_end(famil
     assert time.monotonic() - begin > 0.3
 
 
-def test_the_lock_of_a_living_process_is_not(family, tmp_path):
+def test_the_lock_of_a_living_process_is_not_waited_for(family, tmp_path):
     parent, _ = family(delay=0)
     begin = time.monotonic()
     with pytest.raises(CampaignError, match=f"in use by process {parent.pid} on"), hold(tmp_path):
@@ -86,8 +86,8 @@ def test_the_lock_of_a_living_process_is_not(family, tmp_path):
     assert time.monotonic() - begin < 5.0
 
 
-def test_what_a_killed_workflow_had_just_begun_is_ended(tmp_path):
-    """A job that does not watch its parent yet: the parent's end is nothing to it."""
+def test_a_job_that_a_killed_workflow_had_just_begun_is_ended(tmp_path):
+    """The job does not watch its parent yet, so it does not end with the parent."""
     job = "import time; time.sleep(60)"
     lines = (
         "import os, subprocess, sys",

@@ -24,7 +24,7 @@ def records(folder):
     return json.loads((folder / "provenance.json").read_text())["stages"]
 
 
-def test_every_stage_says_with_what_it_was_made(finished):
+def test_every_stage_records_code_machine_and_command(finished):
     for case_id, kind in ((BALL, "single-ball"), (CHARGE, "multi-ball")):
         stages = records(finished.case(case_id))
         assert set(stages) == {stage.name for stage in STAGES[kind]}
@@ -86,7 +86,7 @@ def changed(finished, name, by):
 
 
 @pytest.mark.parametrize(
-    ("name", "by", "said"),
+    ("name", "by", "message"),
     [
         ("series.csv", lambda text: text.replace("6", "7"), "series.csv: SHA-256 is"),
         ("liner.stl", lambda text: text[:-200], "liner.stl: SHA-256 is"),
@@ -105,10 +105,10 @@ def changed(finished, name, by):
         ("provenance.json", lambda text: "{}", "liner.stl: stage mesh has no provenance"),
     ],
 )
-def test_what_differs_is_said(finished, name, by, said):
+def test_differences_are_reported(finished, name, by, message):
     changed(finished, name, by)
     done = finished("verify")
-    assert done.returncode == 1 and f"{BALL}/{said}" in done.stdout
+    assert done.returncode == 1 and f"{BALL}/{message}" in done.stdout
     rows = json.loads(finished("verify", "--json").stdout)["differences"]
     assert {row["case"] for row in rows} == {BALL}
 
@@ -117,7 +117,7 @@ def test_a_deck_of_another_version_may_differ_in_comments_alone(finished, tmp_pa
     templates = tmp_path / "templates"
     shutil.copytree(template_folder(), templates)
     deck = templates / "integrate.in"
-    deck.write_text("# Other words.\n" + deck.read_text())
+    deck.write_text("# Another comment.\n" + deck.read_text())
     monkeypatch.setattr(verify, "template_folder", lambda: templates)
     assert not verify.verify(finished.runs).differences
     deck.write_text(deck.read_text() + "shell echo\n")
@@ -163,7 +163,7 @@ def test_an_older_version_is_noted_where_it_made_part_of_the_cases(older):
 
 
 @pytest.mark.parametrize(
-    ("name", "by", "reported"),
+    ("name", "by", "message"),
     [
         ("series.csv", lambda text: text.replace("6", "7"), "series.csv: SHA-256 is"),
         ("guard.in", lambda text: text + "shell echo\n", "guard.in: SHA-256 is"),
@@ -175,10 +175,10 @@ def test_an_older_version_is_noted_where_it_made_part_of_the_cases(older):
         ),
     ],
 )
-def test_a_changed_file_of_an_older_version_is_found(older, name, by, reported):
+def test_a_changed_file_of_an_older_version_is_found(older, name, by, message):
     changed(older, name, by)
     done = older("verify")
-    assert done.returncode == 1 and f"{BALL}/{reported}" in done.stdout
+    assert done.returncode == 1 and f"{BALL}/{message}" in done.stdout
 
 
 def test_a_deck_that_no_version_recorded_is_found(older):
@@ -192,7 +192,7 @@ def test_a_changed_copy_of_the_campaign_is_found_in_an_older_folder(older):
     assert "campaign.toml: changed since campaign.json was written" in older("verify").stdout
 
 
-def test_a_missing_product_and_another_campaign_are_said(finished):
+def test_a_missing_product_and_another_campaign_are_reported(finished):
     (finished.case(BALL) / "result.json").unlink()
     copy = finished.runs / "campaign.toml"
     copy.write_text(TEXT.replace("speed_rad_s = 2.0", "speed_rad_s = 2.1"))
@@ -201,7 +201,7 @@ def test_a_missing_product_and_another_campaign_are_said(finished):
     assert f"{CHARGE}/case.json: differs from the campaign in physical.omega_rad_s" in done.stdout
 
 
-def test_a_product_made_from_another_input_is_said(finished):
+def test_a_product_made_from_another_input_is_reported(finished):
     case, other = finished.case(BALL), finished.case(SINGLE_BALLS[1])
     stages = records(case)
     stages["rotate"]["products"]["series.csv"] = digest_of(other / "series.csv")
@@ -225,8 +225,8 @@ def test_a_stage_refuses_an_input_that_was_damaged(finished):
 def test_a_damaged_product_is_made_again(finished):
     before = (finished.case(BALL) / "series.csv").read_text()
     changed(finished, "series.csv", lambda text: text[:-40])
-    said = "rotate  (series.csv is not what stage rotate made)"
-    assert said in finished("run", "--dry-run").stdout
+    message = "rotate  (series.csv is not what stage rotate made)"
+    assert message in finished("run", "--dry-run").stdout
     assert finished("run").returncode == 0
     assert (finished.case(BALL) / "series.csv").read_text() == before
     assert "no differences" in finished("verify").stdout

@@ -1,4 +1,4 @@
-"""Where an engine stage begins, by what earlier attempts have left in its part folder."""
+"""The step at which an engine stage begins, from the files that earlier attempts left."""
 
 import os
 from dataclasses import replace
@@ -46,7 +46,7 @@ def run(tmp_path):
 
 @pytest.fixture
 def stopped(run):
-    """After an attempt that wrote restart files at 200 and 300 and ended at 345."""
+    """Return the run after an attempt with restart files at 200 and 300 that ended at 345."""
     begin(run)
     restart_file(run.part, "mill.1.restart", 200)
     restart_file(run.part, "mill.2.restart", 300)
@@ -54,25 +54,25 @@ def stopped(run):
     return run
 
 
-def test_a_first_attempt_has_nothing_to_tell(run):
+def test_a_first_attempt_has_no_note(run):
     beginning = begin(run)
     assert beginning.restart is None and beginning.note == ""
     assert beginning.attempts.starts[-1].step == FIRST
     assert read_attempts(run.part) == beginning.attempts
 
 
-def test_it_goes_on_from_the_newest_restart_file(stopped):
+def test_an_attempt_resumes_from_the_newest_restart_file(stopped):
     beginning = begin(stopped)
     assert beginning.restart.step == 300
     assert beginning.note == "goes on from step 205 of 1000 (mill.2.restart)"
 
 
-def test_it_goes_on_with_the_ranks_it_began_with_alone(stopped):
+def test_an_attempt_resumes_only_on_the_ranks_it_began_with(stopped):
     before = {path.name: path.read_bytes() for path in stopped.part.iterdir()}
     with pytest.raises(OtherRanksError, match="ran on 2 ranks, not on 1: set --ranks 2, or"):
         begin(replace(stopped, ranks=1))
     assert {path.name: path.read_bytes() for path in stopped.part.iterdir()} == before
-    # There is nothing to go on from: any number will do.
+    # Without a restart file any number of ranks is accepted.
     for name in ("mill.1.restart", "mill.2.restart"):
         (stopped.part / name).unlink()
     assert begin(replace(stopped, ranks=1)).restart is None
@@ -91,7 +91,7 @@ def test_an_attempt_is_recorded_before_anything_can_fail(stopped, monkeypatch):
     assert beginning.restart.step == 300 and len(beginning.attempts.starts) == 4
 
 
-def test_the_file_it_goes_on_from_is_not_written_over(stopped):
+def test_the_restart_file_of_an_attempt_is_not_overwritten(stopped):
     begin(stopped)
     assert read_restart(stopped.part / RESUME_FILE).step == 300
     assert not (stopped.part / "mill.2.restart").exists()
@@ -99,14 +99,14 @@ def test_the_file_it_goes_on_from_is_not_written_over(stopped):
     assert begin(stopped).restart.step == 300
 
 
-def test_an_older_file_is_taken_where_the_newest_is_cut(stopped):
+def test_an_older_restart_file_is_used_if_the_newest_is_cut(stopped):
     cut(stopped.part / "mill.2.restart")
     beginning = begin(stopped)
     assert beginning.restart.step == 200
     assert "mill.2.restart is not whole" in beginning.note
 
 
-def test_it_begins_anew_where_no_file_is_whole(stopped):
+def test_an_attempt_begins_anew_if_no_restart_file_is_complete(stopped):
     for name in ("mill.1.restart", "mill.2.restart"):
         cut(stopped.part / name)
     beginning = begin(stopped)
@@ -116,7 +116,7 @@ def test_it_begins_anew_where_no_file_is_whole(stopped):
 
 
 @pytest.mark.parametrize("change", ["mill.in", "liner.stl"])
-def test_it_starts_over_when_an_input_has_changed(stopped, change):
+def test_an_attempt_begins_anew_if_an_input_has_changed(stopped, change):
     folder = stopped.part.parent
     (folder / change).write_text("changed")
     inputs = digests([folder / "mill.in", folder / "liner.stl"])
@@ -125,13 +125,13 @@ def test_it_starts_over_when_an_input_has_changed(stopped, change):
     assert not (stopped.part / "series.csv").exists()
 
 
-def test_looking_changes_nothing(stopped):
+def test_finding_the_attempt_changes_no_file(stopped):
     before = {path.name: path.read_bytes() for path in stopped.part.iterdir()}
     assert look(stopped)[0].step == 300
     assert {path.name: path.read_bytes() for path in stopped.part.iterdir()} == before
 
 
-def test_the_series_goes_on_without_gap_or_repetition(stopped):
+def test_the_series_continues_without_gap_or_repetition(stopped):
     with (stopped.part / "series.csv").open("a") as file:
         file.write("350,35")
     begin(stopped)
@@ -141,14 +141,14 @@ def test_the_series_goes_on_without_gap_or_repetition(stopped):
 
 
 @pytest.mark.parametrize("lost", [100, 210, 290, 300])
-def test_a_file_after_a_row_that_a_full_disk_has_taken_is_of_no_use(stopped, lost):
+def test_a_restart_file_later_than_a_lost_row_is_not_used(stopped, lost):
     series(stopped.part, 340, without={lost})
     beginning = begin(stopped)
     assert "mill.2.restart cannot be used: series.csv" in beginning.note
     assert (beginning.restart is None) == (lost == 100)
 
 
-def test_a_file_after_a_cut_dump_is_of_no_use(stopped):
+def test_a_restart_file_later_than_a_cut_dump_is_not_used(stopped):
     dump(stopped.part, 150)
     dump(stopped.part, 250, lines=1)
     dump(stopped.part, 340, lines=0)  # will be written again
@@ -157,14 +157,14 @@ def test_a_file_after_a_cut_dump_is_of_no_use(stopped):
     assert "mill.2.restart cannot be used: dump/charge.000000250.liggghts" in beginning.note
 
 
-def test_what_the_engine_writes_when_it_is_told_to_end_is_dropped(stopped):
+def test_rows_that_the_engine_writes_when_asked_to_end_are_dropped(stopped):
     (stopped.part / "restart_forced_liggghts_345.data").touch()
     begin(stopped)
     assert not list(stopped.part.glob("restart_forced*"))
 
 
-def test_cost_counts_the_steps_that_were_kept(run):
-    """Attempts: steps 95 to 300, of which 200 are kept; from there to 400; from there on."""
+def test_the_cost_counts_the_steps_that_were_kept(run):
+    """Attempts: steps 95 to 300, kept to 200; 200 to 400; from 400 on."""
     begins = []
     for step, loop, processor in ((200, 5.0, 12.0), (400, 8.0, 17.0)):
         begins.append(begin(run).attempts.starts[-1].began)
@@ -174,10 +174,10 @@ def test_cost_counts_the_steps_that_were_kept(run):
     cost = begin(run).before
     assert cost.processor_time == 29.0 and cost.loop_time == 13.0
     assert cost.core_time == 26.0  # on 2 ranks
-    assert cost.wall_time == pytest.approx(14.0, abs=1e-5)  # of a clock time in a file's date
+    assert cost.wall_time == pytest.approx(14.0, abs=1e-5)  # file dates are rounded
 
 
-def test_a_restart_file_kept_by_a_later_attempt_costs_what_it_cost(stopped):
+def test_a_restart_file_kept_by_a_later_attempt_keeps_its_cost(stopped):
     restart_file(stopped.part, "mill.2.restart", 300, 4.0, 9.0)
     for _ in range(3):  # ended before they wrote a file of their own
         beginning = begin(stopped)
@@ -199,7 +199,7 @@ def test_a_series_that_is_not_whole_is_refused(tmp_path, text):
         check_output(tmp_path, FIRST, 125)
 
 
-def test_the_account_of_the_energy_is_cut_with_the_series(stopped):
+def test_the_energy_budget_is_cut_with_the_series(stopped):
     ledger(stopped.part, 340)
     series(stopped.part, 340)
     assert begin(stopped).restart.step == 300
@@ -207,7 +207,7 @@ def test_the_account_of_the_energy_is_cut_with_the_series(stopped):
         assert (stopped.part / name).read_text().splitlines()[-1].startswith("300,")
 
 
-def test_a_file_is_of_no_use_where_the_account_lacks_a_row(stopped):
+def test_a_restart_file_is_not_used_if_the_energy_budget_lacks_a_row(stopped):
     ledger(stopped.part, 340, without=(250,))
     series(stopped.part, 340)
     beginning = begin(stopped)

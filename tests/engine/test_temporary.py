@@ -1,4 +1,4 @@
-"""The temporary folder of a run, and what is left of it after kills."""
+"""The temporary folder of a run, and its removal after kills."""
 
 import os
 import signal
@@ -19,7 +19,7 @@ HOLD = "from millscale.engine.temporary_folder import own_folder\nwith own_folde
 
 @pytest.fixture
 def place(tmp_path, monkeypatch):
-    """A temporary folder and one for shared memory, for this test alone."""
+    """Return a temporary folder and one for shared memory, for this test alone."""
     here, memory = tmp_path / "tmp", tmp_path / "shm"
     here.mkdir()
     memory.mkdir()
@@ -34,7 +34,7 @@ def left(place):
 
 
 def killed(place):
-    """Leaves a folder by a process that was killed while it held it; returns its name."""
+    """Return the name of a folder whose process was killed while it held the folder's lock."""
     die = "import os; print(os.environ['TMPDIR'], flush=True); os.kill(os.getpid(), 9)"
     line = HOLD.format(die)
     done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True)
@@ -42,7 +42,7 @@ def killed(place):
     return Path(done.stdout.strip())
 
 
-def test_children_get_it_and_it_goes_at_the_end(place):
+def test_children_use_the_temporary_folder_and_it_is_deleted_at_the_end(place):
     with own_folder():
         line = [sys.executable, "-c", "import tempfile; print(tempfile.mkdtemp())"]
         made = subprocess.run(line, capture_output=True, text=True, check=True).stdout.strip()
@@ -54,7 +54,7 @@ def test_children_get_it_and_it_goes_at_the_end(place):
     assert MPI_VARIABLES[0] not in os.environ
 
 
-def test_what_a_killed_process_left_is_removed_by_the_next(place):
+def test_the_folder_of_a_killed_process_is_removed_by_the_next(place):
     folder = killed(place)
     (folder / "ompi.host.0" / "pid.1").mkdir(parents=True)
     (place[0] / "of another program").mkdir()
@@ -63,7 +63,7 @@ def test_what_a_killed_process_left_is_removed_by_the_next(place):
     assert left(place) == ["of another program"]
 
 
-def test_that_of_a_living_process_or_of_another_machine_stays(place):
+def test_the_folder_of_a_living_process_or_of_another_machine_stays(place):
     other = killed(place)
     host = other.name.split("-")[1]
     elsewhere = other.rename(other.with_name(other.name.replace(host, "0" * 8)))
@@ -86,7 +86,7 @@ def test_a_link_of_such_a_name_is_not_followed(place, tmp_path):
     assert (tmp_path / "mine" / "file").exists()
 
 
-def test_a_job_whose_run_has_gone_ends_at_once(place, monkeypatch, finished):
+def test_a_job_ends_at_once_if_its_run_has_ended(place, monkeypatch, finished):
     folder = killed(place)
     assert not run_has_ended()
     monkeypatch.setenv("TMPDIR", str(folder))

@@ -1,4 +1,4 @@
-"""Gives an input to a reader and notes tracebacks, hangs and writes outside a folder."""
+"""Give an input to a reader and record tracebacks, hangs and writes outside a folder."""
 
 import os
 import signal
@@ -31,16 +31,16 @@ _PROGRAMS = (
 
 
 class Hang(BaseException):
-    """A reader did not come back."""
+    """A reader did not return in time."""
 
 
 class WrongNumberError(Exception):
-    """A reader took a file that was changed for the one that was made."""
+    """A reader accepted a changed file as the original."""
 
 
 @dataclass
 class Tally:
-    """What came of the inputs of a kind; the lists hold an example each."""
+    """Outcomes of the inputs of a kind; each list holds examples."""
 
     inputs_tried: int = 0
     accepted: int = 0
@@ -83,7 +83,7 @@ def _audit(event: str, arguments: tuple) -> None:
 
 def _note(folder: Path, outside: list[str], event: str, path: object) -> None:
     real = os.path.realpath(os.fsdecode(path)) if not isinstance(path, int) else ""
-    # Modules loaded on first use are kept compiled by Python.
+    # Python stores compiled modules when they are first loaded.
     if real and not Path(real).is_relative_to(folder) and "__pycache__" not in real:
         outside.append(f"{event} {real}")
 
@@ -114,7 +114,7 @@ def _limited():
 def attempt(
     tally: Tally, folder: Path, shown: object, act: Callable[[], None], refusals: tuple[type, ...]
 ) -> None:
-    """Let a reader read.
+    """Call a reader and record the outcome.
 
     Args:
         folder: the only one in which it may write.
@@ -130,7 +130,7 @@ def attempt(
         tally.accepted += 1
     except refusals as error:
         tally.refused += 1
-        # What the user sees of an OSError names the file and the system's words.
+        # An OSError is shown to the user as file and system message.
         if "\n" in str(error).strip() or not str(error).strip():
             tally.tracebacks.append(f"not one line: {str(error)!r:.300} of {shown!r:.500}")
     except WrongNumberError as error:

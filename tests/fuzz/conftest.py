@@ -1,4 +1,4 @@
-"""Option of the fuzz tests: where to write what they tried."""
+"""Option of the fuzz tests: the file for their counts."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ def pytest_addoption(parser):
 
 @pytest.fixture(scope="session")
 def tallies(request):
-    """Tally by kind of input; written to the file of --fuzz-results at the end."""
+    """Counts by kind of input, written to the file of --fuzz-results at the end."""
     found: dict[str, Tally] = {}
     yield found
     to = request.config.getoption("--fuzz-results")

@@ -1,4 +1,4 @@
-"""Damaged files, from good ones: hypothesis strategies."""
+"""Hypothesis strategies that damage valid files."""
 
 import copy
 import json
@@ -41,7 +41,7 @@ wild = st.recursive(
 
 @st.composite
 def damaged(draw, originals):
-    """Bytes of one of the files `originals` with a few faults."""
+    """Return bytes of one of the files `originals` with a few faults."""
     data = bytearray(draw(st.sampled_from(originals)))
     for _ in range(draw(st.integers(1, 4))):
         at = draw(st.integers(0, len(data)))
@@ -72,7 +72,7 @@ def _change_number(data, at, word):
 
 @st.composite
 def documents(draw, originals):
-    """Content of one of the JSON or TOML documents with a few values changed, dropped or added."""
+    """Return one of the JSON or TOML documents with a few values changed, dropped or added."""
     document = copy.deepcopy(draw(st.sampled_from(originals)))
     for _ in range(draw(st.integers(1, 4))):
         _change(draw, document)
@@ -101,7 +101,7 @@ def _change(draw, document):
 
 @st.composite
 def at_the_ends(draw, originals):
-    """One of the JSON or TOML documents with a few of its numbers at the ends of what floats hold.
+    """Return one of the JSON or TOML documents with a few numbers at the limits of floats.
 
     Signs stay, so that more of them are accepted.
     """
@@ -127,7 +127,7 @@ def _parts(document):
 
 @st.composite
 def as_saved_elsewhere(draw, originals):
-    """Bytes of one of the text files `originals` as other programs and people write them."""
+    """Return one of the text files `originals` in encodings and line ends of other programs."""
     text = draw(st.sampled_from(originals)).decode()
     for old, new in draw(st.lists(st.sampled_from(_TYPED), max_size=3)):
         at = draw(st.integers(0, len(text)))
@@ -136,7 +136,7 @@ def as_saved_elsewhere(draw, originals):
 
 
 def hostile():
-    """Content that does harm to a reader that trusts it."""
+    """Return content that harms a reader without checks."""
     return st.sampled_from(
         [
             b"[" * 200_000, b'{"a":' * 100_000, b"9" * 5000, b"1e400", b"NaN", b"-Infinity",
@@ -151,7 +151,7 @@ def as_json(document) -> bytes:
 
 
 def as_toml(document) -> bytes:
-    """TOML of sections of simple values; what TOML has not becomes text that it refuses."""
+    """Return TOML of sections of simple values; other values become text that TOML refuses."""
     lines = []
     for name, section in document.items():
         if not isinstance(section, dict):

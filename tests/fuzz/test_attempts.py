@@ -1,4 +1,4 @@
-"""The watch over the readers itself notices what it is there for."""
+"""The record of attempts finds each kind of fault."""
 
 import os
 import pickle

@@ -1,4 +1,4 @@
-"""Damaged inputs: an error of one line or a result, never a traceback, a hang, a write outside.
+"""Damaged inputs give a one-line error or a result, never a traceback, hang or write outside.
 
 Few in the normal run; the full number, and docs/results/fuzz.json:
 
@@ -270,7 +270,7 @@ def next_attempt(folder):
 
 
 def looks(runs):
-    """Every reading of a runs folder that changes nothing."""
+    """Call every reader of a runs folder that changes nothing."""
     return {
         "status": lambda: [asdict(x) for x in campaign_status(runs)],
         "verify": lambda: list(map(str, verify(runs).differences)),

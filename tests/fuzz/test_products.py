@@ -1,4 +1,4 @@
-"""Files of a finished run that were changed: named, refused, or without effect on any number."""
+"""Changed files of a finished run are named, refused, or change no number."""
 
 import json
 import shutil
@@ -22,7 +22,7 @@ SCHEME = "constant-gravity"
 
 
 def finished(folder):
-    """Two single balls and a charge, with all that their stages make of what the report reads."""
+    """Two single balls and a charge, with every product that the report reads."""
     folders = []
     for S in (1.0, 2.6):
         case = case_document("single-ball", SCHEME, "paper", S, sample_angle=0.05)
@@ -42,7 +42,7 @@ def finished(folder):
 
 
 def numbers(runs):
-    """Every number of results.json with its place, and the text of it all."""
+    """Return every number of results.json with its place, and the text of the file."""
     text = json.dumps(load_campaign(runs).results(), allow_nan=False)
     return dict(_numbers(json.loads(text))), text
 
@@ -59,7 +59,7 @@ def _numbers(value, place=()):
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_no_number_comes_of_a_product_that_was_changed(tallies, number, tmp_path):
+def test_no_number_is_derived_from_a_changed_product(tallies, number, tmp_path):
     good = finished(tmp_path / "good")
     files = sorted(str(x.relative_to(good)) for x in good.glob("cases/**/*") if x.is_file())
     originals = {name: (good / name).read_bytes() for name in files}

@@ -1,4 +1,4 @@
-"""How often the inputs of a strategy are tried, and what a reader may say of them."""
+"""Number of inputs tried for a strategy, and the errors a reader may raise."""
 
 import shutil
 import warnings

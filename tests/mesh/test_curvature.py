@@ -10,7 +10,7 @@ from millscale.mesh.curvature import curvature_range_deg
 
 
 def chord_fold_deg(liner, chord_error):
-    """Fold between two chords of a groove, from their number."""
+    """Return the fold angle between two chords of a groove, from their number."""
     _, kinds = liner.polygon(chord_error)
     chords = (kinds == 0).sum() // liner.lifters
     return math.degrees(2.0 * math.asin(0.5 * liner.groove_width / liner.radius) / chords)

@@ -45,7 +45,7 @@ def test_normals_point_into_the_cavity_along_the_liners_own(liner):
     middles = np.ascontiguousarray(mesh.corners.mean(axis=1)[:, [0, 2]])
     found = normals(mesh)
     own = liner.nearest(middles).normal
-    # A chord inside the arc sees it from the cavity; its normal deviates by half the chord's angle.
+    # A chord's normal deviates from the arc's by at most half the chord's angle.
     flat = mesh.faces != 0
     assert_allclose(found[:, 1], 0.0, atol=1e-14)
     cosine = np.einsum("ij,ij->i", found[:, [0, 2]], own)

@@ -1,4 +1,4 @@
-"""Stock LIGGGHTS reads the meshes; balls feel no panel ends, rank borders or periodic seam."""
+"""Stock LIGGGHTS reads the meshes; panel ends, rank borders and the period change no motion."""
 
 import os
 import subprocess
@@ -50,7 +50,7 @@ MATERIAL = material_block(
 
 
 def run(folder, ranks, mesh, radius, length, balls, motion="", steps=400):
-    """Runs the deck and returns the last positions (n, 3) by ball, and what the engine printed."""
+    """Run the deck; return the last positions (n, 3) by ball, and the engine's output."""
     write_stl(folder / "liner.stl", mesh)
     lines = [f"create_atoms 1 single {x!r} {y!r} {z!r} units box" for x, y, z in balls]
     deck = DECK.format(
@@ -81,7 +81,7 @@ def run(folder, ranks, mesh, radius, length, balls, motion="", steps=400):
     return rows[np.argsort(rows[:, 0]), 1:], text
 
 
-def test_meshes_of_table_4_are_read_and_turned_without_a_complaint(table4_mill, tmp_path):
+def test_meshes_of_table_4_are_read_and_turned_without_a_warning(table4_mill, tmp_path):
     mill, S = table4_mill
     for number, chord_error in enumerate((default_chord_error(0.02, S), 1e-5)):
         folder = tmp_path / str(number)
@@ -100,7 +100,7 @@ def test_meshes_of_table_4_are_read_and_turned_without_a_complaint(table4_mill, 
         assert "WARNING" not in text
 
 
-# On the periodic seam, on rank and panel borders, and in between.
+# On the periodic boundary, on borders of ranks and panels, and between them.
 ALONG_THE_AXIS = (0.0, 0.1, 0.2, 1.0 / 3.0, 0.42, 0.5, 0.58, 2.0 / 3.0, 0.8, 0.93)
 
 
@@ -121,7 +121,7 @@ def test_balls_along_the_axis_roll_alike(physical, tmp_path, ranks, divisions):
 
 @pytest.mark.parametrize("divisions", [1, 3])
 def test_balls_along_the_axis_cross_panel_edges_alike_on_one_rank(physical, tmp_path, divisions):
-    # Where chords meet, at x = 0, a ball touches both panels. Which one the engine takes depends
+    # At x = 0 two chords join and a ball is in contact with both. Which one the engine uses depends
     # on the order of the triangles on the rank, so this holds on one rank only.
     mesh = build_liner_mesh(physical, 1.0, 5e-4, divisions)
     balls = [(0.003, y, -3.8799) for y in ALONG_THE_AXIS]

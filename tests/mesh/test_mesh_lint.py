@@ -107,7 +107,7 @@ def test_axial_extent_must_be_the_boxs(mesh, physical):
     assert "axial extent" in problems(mesh, physical, 0.99)
 
 
-def test_a_coarser_mesh_than_asked_for_is_found(mesh, physical):
+def test_a_mesh_coarser_than_requested_is_found(mesh, physical):
     assert "off the liner, accepted are 0.0001 m" in problems(mesh, physical, LENGTH, 1e-4)
 
 

@@ -68,7 +68,7 @@ def test_corners_within_the_precision_become_one_node(mesh, tmp_path):
         (b"\0" * 80 + b"\1\0\0\0" + b"\0" * 49, "1 triangles"),
     ],
 )
-def test_broken_files_say_what_is_wrong(tmp_path, content, text):
+def test_damaged_files_are_refused_with_the_cause(tmp_path, content, text):
     path = tmp_path / "broken.stl"
     path.write_bytes(content)
     with pytest.raises(ValueError, match=text) as error:
@@ -76,6 +76,6 @@ def test_broken_files_say_what_is_wrong(tmp_path, content, text):
     assert "broken.stl" in str(error.value)
 
 
-def test_other_endings_are_refused_because_the_engine_goes_by_them(mesh, tmp_path):
+def test_other_file_extensions_are_refused_because_the_engine_reads_them(mesh, tmp_path):
     with pytest.raises(ValueError, match=r"ending in \.stl"):
         write_stl(tmp_path / "liner.txt", mesh)

@@ -1,4 +1,4 @@
-"""Touches of the analytic wall against the triangles of the mesh with the same polygon."""
+"""Contacts of the analytic wall, compared with the triangles of the mesh of the same polygon."""
 
 from dataclasses import dataclass
 
@@ -42,7 +42,7 @@ def surfaces(liner, face, sector):
 
 
 def strip_surfaces(liner, mesh):
-    """Surface of each triangle. A lifter's top begins a sector, its next one's trailing side ends
+    """Return the surface of each triangle. A lifter's top begins a sector, its trailing side ends
     it."""
     _, kinds = liner.polygon(CHORD_ERROR)
     sector = np.maximum(np.cumsum(kinds == TOP) - 1, 0)
@@ -91,7 +91,7 @@ def closest_on_triangles(p, a, b, c):
 
 
 def mesh_touches(liner, centres):
-    """Touches with the triangles, straight from the definition.
+    """Return the contacts with the triangles, computed from the definition.
 
     Returns the touches, and per ball whether its nearest point lies on a convex edge. A ball over
     the inside of triangles touches, of each groove and lifter, the nearest; one whose nearest point
@@ -130,7 +130,7 @@ def mesh_touches(liner, centres):
 
 
 def wall_touches(liner, centres, chord_error=CHORD_ERROR):
-    """Touches with the analytic wall."""
+    """Return the contacts with the analytic wall."""
     section = np.ascontiguousarray(centres[:, [0, 2]])
     found = liner.contacts(section, RADIUS, chord_error)
     surface = surfaces(liner, found.face, found.sector)
@@ -144,16 +144,16 @@ def wall_touches(liner, centres, chord_error=CHORD_ERROR):
 
 @pytest.fixture(scope="module", params=LINERS)
 def both(request):
-    """Touches with triangles and analytic wall; balls whose nearest point is on an edge."""
+    """Return contacts with triangles and wall, and balls whose nearest point is on an edge."""
     liner = LINERS[request.param]
     centres = random_centres(liner, seed=1)
     mesh, at_edge = mesh_touches(liner, centres)
     return liner, centres, mesh, wall_touches(liner, centres), at_edge
 
 
-def test_the_same_balls_touch_the_same_surfaces(both):
+def test_mesh_and_wall_have_contacts_with_the_same_balls_and_surfaces(both):
     _, _, mesh, wall, _ = both
-    barely = mesh.overlap < 1e-12  # within rounding of touching, or not
+    barely = mesh.overlap < 1e-12  # within rounding of contact
     assert barely.sum() < 3
     pairs = [
         {(b, s) for b, s, o in zip(t.ball, t.surface, t.overlap, strict=True) if o > 1e-12}
@@ -183,7 +183,7 @@ def test_overlap_normal_and_velocity_are_those_of_the_triangles(both):
     assert (off / size).max() < 1e-10
 
 
-def test_a_convex_edge_gives_one_touch_at_the_exact_nearest_point(both):
+def test_a_convex_edge_gives_one_contact_at_the_exact_nearest_point(both):
     liner, _, mesh, wall, at_edge = both
     if liner.lifters == 0:
         assert not at_edge.any()
@@ -198,7 +198,7 @@ def test_a_convex_edge_gives_one_touch_at_the_exact_nearest_point(both):
     assert gap.max() < ROUNDING * liner.radius
 
 
-def test_a_concave_corner_gives_two_touches(both):
+def test_a_concave_corner_gives_two_contacts(both):
     liner, _, _, wall, _ = both
     twice = np.bincount(wall.ball) == 2
     assert np.bincount(wall.ball).max() == (2 if liner.lifters else 1)
@@ -217,7 +217,7 @@ def test_polygon_and_arc_differ_by_the_sagitta(name):
     sagitta = liner.radius * (1.0 - np.cos(half))
     assert 0.25 * CHORD_ERROR < sagitta <= CHORD_ERROR
 
-    # Balls at one distance from the axis, over the middle of each chord and half way to its end.
+    # Balls at one distance from the axis: over the middle of each chord, and half way to its end.
     middle = (0.5 * (nodes + np.roll(nodes, -1, axis=0)))[kinds == GROOVE]
     middle /= np.hypot(*middle.T)[:, None]
     distance = liner.radius - 0.7 * RADIUS

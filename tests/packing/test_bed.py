@@ -44,7 +44,7 @@ def test_balls_of_two_sizes_count_with_their_own_volume():
     radii = np.where(np.arange(len(packing.radii)) % 2, 0.5, 1.0) * RADIUS
     mixed = Packing(packing.centres, radii, packing.length)
     expected = 4.0 / 3.0 * math.pi * np.mean(radii**3) / 0.05**3
-    # The two sizes alternate along the rows, not in the very region of the points: 1 %.
+    # The two sizes alternate along the rows, and the sample points see them unequally: 1 %.
     assert bulk_fraction(Room(DRUM, 0.3), mixed, random()) == pytest.approx(expected, rel=0.01)
 
 
@@ -61,10 +61,10 @@ def dump(folder, rows, columns=COLUMNS):
     return path
 
 
-def test_a_dump_tells_overlap_across_the_seam_and_speed(tmp_path):
+def test_a_dump_gives_speed_and_overlap_across_the_periodic_boundary(tmp_path):
     rows = [(0.0, -0.001, -1.0, 0.03, 0.0, 0.04, 0.02), (0.0, 0.16, -1.0, 0.0, 0.0, 0.0, 0.02)]
     found = bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 9.81)
-    # 0.199 and 0.16 in a period of 0.2: 0.039 apart.
+    # 0.199 and 0.16 in a period of 0.2: a separation of 0.039.
     assert found["largest_overlap_m"] == pytest.approx(0.001, rel=1e-9)
     assert found["largest_overlap_over_radius"] == pytest.approx(0.05, rel=1e-9)
     assert found["rms_speed_m_s"] == pytest.approx(0.05 / math.sqrt(2.0))
@@ -81,7 +81,7 @@ def test_a_bed_whose_balls_sink_into_each_other_is_refused(tmp_path):
         bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 9.81)
 
 
-def test_a_charge_that_touches_nothing_hangs_in_the_air(tmp_path):
+def test_a_charge_without_contacts_is_refused(tmp_path):
     rows = [(0.0, 0.05, z, 0.0, 0.0, -4e-5, 0.02) for z in (-1.0, -1.05, -1.1)]
     with pytest.raises(ValueError, match=r"hangs in the air after settling: 0% of its balls"):
         bed_record(dump(tmp_path, rows), Room(DRUM, 0.2), 1e-4)
@@ -89,13 +89,13 @@ def test_a_charge_that_touches_nothing_hangs_in_the_air(tmp_path):
 
 @pytest.mark.parametrize(("gap", "meshed", "held"), [(0.0, False, 1.0), (0.001, True, 1.0)])
 def test_a_ball_on_the_liner_alone_is_in_contact(tmp_path, gap, meshed, held):
-    # Of a mesh the panels may be nearer than the arc, by the chord error.
+    # The panels of a mesh may be nearer than the arc by the chord error.
     rows = [(0.0, 0.1, -(1.5 - 0.02 + 1e-5 - 0.5 * gap), 0.0, 0.0, 0.0, 0.02)]
     found = bed_record(dump(tmp_path, rows), Room(DRUM, 0.2, gap), 9.81, meshed)
     assert (found["balls_in_contact"], found["largest_overlap_m"]) == (held, 0.0)
 
 
-def test_hard_balls_that_bounce_by_little_are_a_bed(tmp_path):
+def test_hard_balls_that_bounce_a_little_are_accepted_as_a_bed(tmp_path):
     # A hundredth of the radius is 0.2 mm.
     for gap, held in ((1.9e-4, True), (2.1e-4, False)):
         rows = [(0.0, 0.05, z, 0.0, 0.0, 0.0, 0.02) for z in (-1.0, -1.04 - gap)]
@@ -107,7 +107,7 @@ def test_hard_balls_that_bounce_by_little_are_a_bed(tmp_path):
             bed_record(path, Room(DRUM, 0.2), 9.81)
 
 
-def test_a_charge_in_the_midst_of_its_fall_is_refused(tmp_path):
+def test_a_falling_charge_is_refused(tmp_path):
     # Half of the speed of a fall through 0.02 m is 0.31 m/s.
     rows = [(0.0, 0.05, z, 0.0, 0.0, -0.33, 0.02) for z in (-1.0, -1.0399)]
     with pytest.raises(ValueError, match=r"rms speed 0\.33 m/s, a bed has under 0\.313 m/s"):

@@ -30,15 +30,15 @@ def packed(ball: Ball, count: int, length: float, seed: int = 1) -> Packing:
 
 
 def overlap_by_definition(packing: Packing) -> float:
-    """Every pair, with every image along y."""
+    """Return the largest overlap from every pair, with every image along y."""
     worst = 0.0
     for shift in (-packing.length, 0.0, packing.length):
         moved = packing.centres + np.array([0.0, shift, 0.0])
-        apart = np.linalg.norm(packing.centres[:, None] - moved[None], axis=2)
+        distance = np.linalg.norm(packing.centres[:, None] - moved[None], axis=2)
         touching = packing.radii[:, None] + packing.radii[None]
         if shift == 0.0:
-            np.fill_diagonal(apart, np.inf)
-        worst = max(worst, float((touching - apart).max()))
+            np.fill_diagonal(distance, np.inf)
+        worst = max(worst, float((touching - distance).max()))
     return worst
 
 
@@ -79,7 +79,7 @@ def test_the_largest_mill_of_the_paper_is_packed_in_seconds():
     packing = pack(Room(liner, 1.0, 1e-3), EQUAL, 231461, np.random.default_rng(1))
     assert len(packing.radii) == 231461
     assert largest_overlap(packing) == 0.0
-    # Filled from the bottom up: the surface is level, below the axis.
+    # The mill is filled from the bottom: the surface is level, below the axis.
     assert packing.centres[:, 2].max() < 0.0
 
 
@@ -89,7 +89,7 @@ def test_the_same_seed_gives_the_same_packing_and_another_one_another():
     assert not np.array_equal(one, other)
 
 
-def test_radii_follow_the_distribution_asked_for():
+def test_radii_follow_the_requested_distribution():
     radii = packed(MIXED, 5000, 0.3846).radii
     assert radii.min() >= 0.014
     assert radii.max() <= 0.026
@@ -105,16 +105,16 @@ def test_more_balls_than_places_are_refused():
 
 
 @pytest.mark.parametrize(("ball", "length"), [(EQUAL, 0.0401), (MIXED, 0.0999)], ids=str)
-def test_whatever_capacity_promises_finds_a_place(ball, length):
+def test_as_many_balls_as_the_capacity_are_placed(ball, length):
     room = Room(LINER, length, 4e-4)
     most = capacity(room, ball)
     assert len(pack(room, ball, most, np.random.default_rng(3)).radii) == most
 
 
-def test_a_charge_lies_almost_as_dense_as_a_bed_and_level():
+def test_a_charge_is_level_and_almost_as_dense_as_a_bed():
     packing = packed(EQUAL, 13370, 0.3846)
     found = bulk_fraction(Room(LINER, 0.3846), packing, np.random.default_rng(1))
-    # 0.55 asked for; 1e5 points, and a cut through balls at the margins of the block.
+    # 0.55 requested; the error is of 1e5 points and of balls cut at the borders of the block.
     assert found == pytest.approx(0.55, abs=0.01)
     # Level: in every column of x the highest ball lies within two diameters of the highest.
     top = packing.centres[:, 2].max()
@@ -163,7 +163,7 @@ def test_the_data_file_holds_the_packing_exactly(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["charge.data"]
 
 
-def test_a_case_gets_the_balls_it_counts_in_its_own_liner(tmp_path):
+def test_a_case_has_its_count_of_balls_inside_its_own_liner(tmp_path):
     charge = {"count": [300, 200], "rotation_angle_rad": 1.0, "step_s": 1e-4}
     changes = {"scaling__S": [1.0, 2.6], "scaling__policies": ["offset-liner"]}
     for case in cases(tmp_path, single_ball=None, multi_ball=charge, **changes):

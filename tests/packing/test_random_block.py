@@ -1,4 +1,4 @@
-"""Random blocks that repeat themselves."""
+"""Random periodic blocks."""
 
 import math
 
@@ -9,14 +9,14 @@ from millscale.packing.random_block import random_block, wrapped
 
 
 def overlap_by_definition(centres, radii, sides):
-    """Every pair with every image in the blocks around."""
+    """Return the largest overlap of every pair with every image in the neighbouring blocks."""
     worst = -np.inf
     for shift in np.ndindex(3, 3, 3):
         moved = centres + (np.array(shift) - 1) * sides
-        apart = np.linalg.norm(centres[:, None] - moved[None], axis=2)
+        distance = np.linalg.norm(centres[:, None] - moved[None], axis=2)
         if shift == (1, 1, 1):
-            np.fill_diagonal(apart, np.inf)
-        worst = max(worst, float((radii[:, None] + radii[None] - apart).max()))
+            np.fill_diagonal(distance, np.inf)
+        worst = max(worst, float((radii[:, None] + radii[None] - distance).max()))
     return worst
 
 

@@ -1,4 +1,4 @@
-"""case.json: what is accepted, what is refused, and that the same campaign makes the same file."""
+"""case.json: accepted and refused content; the same campaign makes the same file."""
 
 import json
 from pathlib import Path
@@ -56,7 +56,7 @@ def refusal(document):
     return refused.value.cause
 
 
-def test_the_same_campaign_has_the_digests_of_the_version_before(cases):
+def test_the_same_campaign_has_the_digests_of_an_earlier_version(cases):
     assert {case.id: case.digest for case in cases} == DIGESTS
 
 

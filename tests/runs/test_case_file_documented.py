@@ -19,7 +19,7 @@ WORDS = {
 
 
 def keys_of_the_code(kind=Case, above=""):
-    """Yield each key of case.json by its path, and its type in the words of the page."""
+    """Yield each key of case.json by its path, and its type as the page writes it."""
     for field in inspect.type_info(kind).fields:
         name = f"{above}{field.encode_name}"
         if isinstance(plain(field.type), inspect.StructType):
@@ -53,7 +53,7 @@ def word(field):
 
 
 def keys_of_the_page(text):
-    """Yield each key of the table, and its type; an empty one where the page leaves it out."""
+    """Yield each key of the table, and its type; empty where the page omits it."""
     table = text.split("\n## case.json\n")[1].split("\n## ")[0]
     section = ""
     for line in re.findall(r"^\| (.*) \|$", table, re.M)[1:]:

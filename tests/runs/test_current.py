@@ -1,4 +1,4 @@
-"""Which stages have to run, and whose products are stale: from digests alone."""
+"""Stages that have to run and stale products, found by digests alone."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from millscale.runs.digests import CACHE_FILE, Digests, digest_of
 from millscale.runs.layout import CASE_FILE, STAGES
 from millscale.runs.provenance import PROVENANCE_FILE, read_provenance, write_provenance
 
-CASE = {"schema": 1, "id": "x", "S": 2.0, "warnings": ["said"]}
+CASE = {"schema": 1, "id": "x", "S": 2.0, "warnings": ["a warning"]}
 DECK = {"single-ball": "single_ball.in", "multi-ball": "mill.in"}
 
 
@@ -67,7 +67,7 @@ def test_a_finished_case_has_nothing_left_and_is_not_stale(folder, kind):
     assert left(folder, kind) == [] and why_stale(folder, kind) == ""
 
 
-def test_an_empty_folder_has_everything_left(tmp_path, kind):
+def test_an_empty_folder_has_every_stage_left(tmp_path, kind):
     assert left(tmp_path, kind) == names_of(kind)
 
 
@@ -76,7 +76,7 @@ def test_any_missing_product_leaves_its_stage_and_all_later_ones(folder, kind):
         for product in stage.products:
             (folder / product).rename(folder / "away")
             assert left(folder, kind) == names_of(kind)[number:], product
-            # Removed, not changed: what was made of it may be used.
+            # The product was removed, not changed: products made from it may be used.
             assert why_stale(folder, kind) == "", product
             (folder / "away").rename(folder / product)
 
@@ -88,8 +88,8 @@ def test_any_changed_product_but_a_deck_leaves_its_stage_and_all_later_ones(fold
             (folder / product).write_bytes(before[::-1])
             if not product.endswith(".in"):
                 assert left(folder, kind) == names_of(kind)[number:], product
-                said = f"{product} is not what stage {stage.name} made"
-                assert reasons(folder, kind)[stage.name] == why_stale(folder, kind) == said
+                reason = f"{product} is not what stage {stage.name} made"
+                assert reasons(folder, kind)[stage.name] == why_stale(folder, kind) == reason
             (folder / product).write_bytes(before)
 
 
@@ -97,8 +97,8 @@ def test_an_edited_deck_is_kept_and_leaves_the_stages_that_read_it(folder, kind)
     deck = DECK[kind]
     (folder / deck).write_text("edited")
     assert left(folder, kind) == ["rotate", "result"]
-    said = f"{deck} has changed since stage rotate read it"
-    assert reasons(folder, kind)["rotate"] == why_stale(folder, kind) == said
+    reason = f"{deck} has changed since stage rotate read it"
+    assert reasons(folder, kind)["rotate"] == why_stale(folder, kind) == reason
 
 
 def test_an_edited_deck_that_is_included_counts_too(folder, kind):
@@ -111,7 +111,7 @@ def test_an_edited_deck_that_is_included_counts_too(folder, kind):
     assert left(folder, kind) == ["rotate", "result"]
 
 
-def test_another_case_leaves_everything_unless_only_its_words_differ(folder, kind):
+def test_another_case_leaves_every_stage_unless_only_informing_keys_differ(folder, kind):
     (folder / CASE_FILE).write_text(json.dumps({**CASE, "warnings": ["other"]}, indent=4))
     assert left(folder, kind) == [] and why_stale(folder, kind) == ""
     (folder / CASE_FILE).write_text(json.dumps({**CASE, "S": 2.5}))
@@ -119,7 +119,7 @@ def test_another_case_leaves_everything_unless_only_its_words_differ(folder, kin
     assert why_stale(folder, kind) == "case.json has changed since stage mesh read it"
 
 
-def test_a_case_about_to_change_leaves_everything(folder, kind):
+def test_a_case_about_to_change_leaves_every_stage(folder, kind):
     assert left(folder, kind, case_changed=True) == names_of(kind)
 
 
@@ -129,7 +129,7 @@ def test_a_product_without_a_record_is_not_done(folder, kind):
     assert why_stale(folder, kind) == "stage mesh has no record in provenance.json"
 
 
-def test_a_record_of_before_the_digest_of_the_case_serves(folder, kind):
+def test_a_record_without_the_digest_of_the_case_is_accepted(folder, kind):
     stages = read_provenance(folder)
     for stage in stages.values():
         del stage["case"]
@@ -139,7 +139,7 @@ def test_a_record_of_before_the_digest_of_the_case_serves(folder, kind):
 
 @pytest.mark.parametrize("way", ["cp -r", "tar", "future", "past", "touched"])
 def test_no_copy_and_no_date_changes_anything(folder, kind, way, tmp_path):
-    """Every file gets another date, in another order than the stages made them."""
+    """Every file gets another date, in another order than that of the stages."""
     copy = tmp_path / "copy"
     names = sorted(path.name for path in folder.iterdir())
     if way == "cp -r":
@@ -155,14 +155,14 @@ def test_no_copy_and_no_date_changes_anything(folder, kind, way, tmp_path):
         for second, name in enumerate(reversed(names)):
             os.utime(copy / name, (begin + second, begin + second))
     assert left(copy, kind) == [] and why_stale(copy, kind) == ""
-    # The other way round: equal and old dates do not hide a change.
+    # Equal and old dates do not hide a change either.
     (copy / CASE_FILE).write_text(json.dumps({**CASE, "S": 2.5}))
     for path in copy.iterdir():
         os.utime(path, (1e9, 1e9))
     assert left(copy, kind) == names_of(kind)
 
 
-def test_what_is_known_of_a_file_is_kept_and_never_used_for_another(tmp_path, monkeypatch):
+def test_a_digest_is_kept_and_never_used_for_another_file(tmp_path, monkeypatch):
     monkeypatch.setattr(digests, "RESTED_NS", 0)
     file, other = tmp_path / "a", tmp_path / "b"
     file.write_text("one")
@@ -185,7 +185,7 @@ def test_what_is_known_of_a_file_is_kept_and_never_used_for_another(tmp_path, mo
     file.write_text("six")
     os.utime(file, ns=(date, date))
     assert Digests(tmp_path).of("a") == digest_of(file)
-    # A copy brings the cache along, and another inode.
+    # A copy has the cache, and another inode.
     shutil.copytree(tmp_path, tmp_path / "copy")
     (tmp_path / "copy" / "a").write_text("ten")
     os.utime(tmp_path / "copy" / "a", ns=(date, date))

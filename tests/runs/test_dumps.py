@@ -21,7 +21,7 @@ def dump_path(case, tmp_path):
     return path
 
 
-def test_balls_come_in_order_of_id_whatever_the_order_in_the_file(case, dump_path):
+def test_balls_are_in_order_of_id_whatever_the_order_in_the_file(case, dump_path):
     dump = read_dump(dump_path)
     assert dump.step == 500
     assert len(dump) == BALLS
@@ -42,7 +42,7 @@ def test_a_dump_that_its_stage_did_not_make_is_refused(case, dump_path, tmp_path
             read_dump(path)
 
 
-def test_files_come_by_step_not_by_name(tmp_path):
+def test_dumps_are_in_order_of_step_not_of_name(tmp_path):
     (tmp_path / "dump").mkdir()
     for name in ("charge.1000.liggghts", "charge.200.liggghts", "charge.30.vtk", "notes.txt"):
         (tmp_path / "dump" / name).touch()
@@ -75,7 +75,7 @@ def test_missing_column_is_named(dump_path):
         read_dump(dump_path)
 
 
-def test_missing_dump_says_what_next(tmp_path):
+def test_a_missing_dump_is_reported_with_the_next_command(tmp_path):
     with pytest.raises(RunFolderError, match=r"no such file; .*millscale run"):
         read_dump(tmp_path / "charge.1.liggghts")
 
@@ -93,7 +93,7 @@ def test_missing_dump_says_what_next(tmp_path):
         ("TIMESTEP\n500", "TIMESTEP\n400", "holds step 400"),
     ],
 )
-def test_balls_that_cannot_be_are_refused(case, dump_path, old, new, cause):
+def test_impossible_balls_are_refused(case, dump_path, old, new, cause):
     text = dump_path.read_text()
     old = old.replace("0.05", f"{case['ball']['radius_m']:g}")
     assert text.count(old) == 1

@@ -32,14 +32,14 @@ def test_nan_is_not_written(tmp_path):
         ('{"schema": 7}', "schema 7, accepted 1"),
     ],
 )
-def test_damaged_json_says_where_what_and_what_next(tmp_path, text, cause):
+def test_damaged_json_is_reported_with_file_cause_and_remedy(tmp_path, text, cause):
     if text is not None:
         (tmp_path / "case.json").write_text(text)
     with pytest.raises(RunFolderError, match=f"case.json: {cause}.*COMMAND|{cause}"):
         read_json(tmp_path / "case.json", "COMMAND")
 
 
-def test_cases_come_in_the_order_of_the_campaign(tmp_path):
+def test_cases_are_in_the_order_of_the_campaign(tmp_path):
     (tmp_path / "campaign.json").write_text(json.dumps({"cases": ["b", "a"]}))
     assert [folder.name for folder in case_folders(tmp_path)] == ["b", "a"]
 

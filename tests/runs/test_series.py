@@ -29,7 +29,7 @@ def test_cut_line_is_named(folder):
         read_series(path, "single-ball")
 
 
-def test_missing_file_says_what_to_run(tmp_path):
+def test_a_missing_file_is_reported_with_the_command_that_makes_it(tmp_path):
     with pytest.raises(RunFolderError, match=r"no such file; run the case again: millscale run"):
         read_series(tmp_path / "series.csv", "single-ball")
 
@@ -62,7 +62,7 @@ def test_value_that_is_no_number_is_refused(folder, value):
         read_series(path, "single-ball")
 
 
-def test_two_runs_in_one_file_are_told(folder):
+def test_two_runs_in_one_file_are_reported(folder):
     path = folder / "series.csv"
     lines = path.read_text().splitlines()
     path.write_text("\n".join([*lines, lines[3]]) + "\n")
@@ -111,7 +111,7 @@ def test_two_columns_of_a_name_and_a_row_that_looks_like_a_comment_are_refused(f
         ("toe_angle_rad", "inf", False),
     ],
 )
-def test_only_what_a_mill_may_be_without_is_nan(case, tmp_path, column, value, accepted):
+def test_only_optional_columns_may_be_nan(case, tmp_path, column, value, accepted):
     columns = usual_motion(case).series()
     columns[column] = np.full_like(columns["step"], float(value))
     write_series(tmp_path / "series.csv", columns)

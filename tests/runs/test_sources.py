@@ -1,4 +1,4 @@
-"""Rules for all Python sources about files."""
+"""Rules about files that all Python sources keep."""
 
 import ast
 from pathlib import Path
@@ -25,7 +25,7 @@ def calls(path):
 
 
 def in_the_locales_encoding(node, owner, name):
-    """Whether a call reads or writes text in an encoding that depends on the machine."""
+    """Return whether a call reads or writes text in an encoding that depends on the machine."""
     given = {x.arg for x in node.keywords}
     if given & {"encoding", None}:
         return False
@@ -34,13 +34,13 @@ def in_the_locales_encoding(node, owner, name):
     if name == "open" and owner != "os":
         words = [x.value for x in node.args if isinstance(x, ast.Constant)]
         return not any("b" in str(word) for word in words)
-    # Of `subprocess`; elsewhere `text` is a name like any other.
+    # Only `subprocess` gives `text` this meaning.
     runs = owner == "subprocess" or name in ("Popen", "check_output")
     return runs and bool(given & {"text", "universal_newlines"})
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_no_encoding_is_that_of_the_locale(path):
+def test_no_source_uses_the_encoding_of_the_locale(path):
     found = [ast.unparse(x[0]) for x in calls(path) if in_the_locales_encoding(*x)]
     assert found == []
 
@@ -60,6 +60,6 @@ def test_no_encoding_is_that_of_the_locale(path):
         ("subprocess.run(x, text=True)", True),
     ],
 )
-def test_the_rule_sees_what_it_is_there_for(tmp_path, text, found):
+def test_the_rule_finds_each_call_that_depends_on_the_locale(tmp_path, text, found):
     (tmp_path / "a.py").write_text(text)
     assert [in_the_locales_encoding(*x) for x in calls(tmp_path / "a.py")][:1] == [found]

@@ -1,4 +1,4 @@
-"""Files that are damaged or made to do harm are refused in one line, at once."""
+"""Damaged and malicious files are refused at once, in one line."""
 
 import os
 import re
@@ -35,7 +35,7 @@ IRREGULAR = {
 
 @pytest.mark.parametrize("cause", IRREGULAR)
 @pytest.mark.parametrize("read", [read_json, lambda path, remedy: read_text(path, 99, remedy)])
-def test_what_is_no_regular_file_is_refused_at_once(tmp_path, cause, read):
+def test_only_regular_files_are_read(tmp_path, cause, read):
     IRREGULAR[cause](path := tmp_path / "case.json")
     begin = time.monotonic()
     with pytest.raises(RunFolderError, match=f"case.json: .*{cause}; copy it") as refused:
@@ -49,7 +49,7 @@ def test_a_device_is_refused():
         open_regular("/dev/zero")
 
 
-def test_a_link_that_a_person_named_is_followed(tmp_path):
+def test_a_link_named_on_the_command_line_is_followed(tmp_path):
     (tmp_path / "a").write_text("x")
     (tmp_path / "b").symlink_to("a")
     assert read_text(tmp_path / "b", 9, "", follow=True) == "x"
@@ -86,7 +86,7 @@ def test_a_file_is_read_up_to_a_size(tmp_path):
         (b"\xff\xfe{", "not UTF-8 text, damaged at byte 0"),
     ],
 )
-def test_json_that_is_none_is_refused(tmp_path, text, cause):
+def test_invalid_json_is_refused(tmp_path, text, cause):
     path = tmp_path / "a.json"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(RunFolderError, match=re.escape(cause)) as refused:
@@ -104,6 +104,6 @@ def test_json_within_the_bounds_is_read(tmp_path):
         read_object(path, "")
 
 
-def test_an_error_holds_nothing_that_a_terminal_obeys(tmp_path):
+def test_an_error_has_no_control_characters(tmp_path):
     error = RunFolderError(tmp_path / "a\x1b[2Jb", "c\r\nd\x07", "e")
     assert str(error).endswith("a [2Jb: c d; e")

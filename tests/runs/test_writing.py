@@ -1,4 +1,4 @@
-"""Files appear whole or not at all, and no link is followed."""
+"""Files appear complete or not at all, and no link is followed."""
 
 import json
 import os
@@ -40,7 +40,7 @@ def test_a_pipe_of_the_name_is_replaced_not_waited_for(tmp_path):
     assert (tmp_path / "a").read_text() == "x"
 
 
-def test_what_fails_leaves_the_file_before_and_nothing_else(tmp_path):
+def test_a_failed_write_leaves_the_earlier_file_and_nothing_else(tmp_path):
     write_text(tmp_path / "a", "before")
     with pytest.raises(RuntimeError), writing(tmp_path / "a") as file:
         file.write(b"half")
@@ -66,7 +66,7 @@ def test_a_copy_is_of_regular_files_only(tmp_path, victim):
     assert not (tmp_path / "b").exists()
 
 
-def test_what_is_written_over_is_no_link(tmp_path, victim):
+def test_a_link_is_not_written_through(tmp_path, victim):
     write_over(victim, "new")
     assert victim.read_text() == "new"
     (tmp_path / "link").symlink_to(victim)
@@ -76,7 +76,7 @@ def test_what_is_written_over_is_no_link(tmp_path, victim):
 
 
 @pytest.mark.parametrize("is_link", [True, False])
-def test_a_folder_is_replaced_not_what_a_link_leads_to(tmp_path, is_link):
+def test_a_folder_is_replaced_and_the_target_of_a_link_is_not(tmp_path, is_link):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     (elsewhere / "kept").touch()

@@ -1,4 +1,4 @@
-"""The decks as generated, in the engine: they run by hand; the fix derives what case.json says."""
+"""Generated decks in the engine: they run by hand; the fix derives the numbers of case.json."""
 
 from pathlib import Path
 
@@ -72,7 +72,7 @@ IDS = [
 
 
 @pytest.mark.parametrize("case_id", [*IDS, "sb-cg-paper-S1.000"])
-def test_the_fix_derives_what_case_json_says(cases, tmp_path, case_id):
+def test_the_fix_derives_the_numbers_of_case_json(cases, tmp_path, case_id):
     case = cases[case_id]
     _prepare(case, tmp_path, "single_ball.in")
     words = " ".join(f"$(f_mill[{k}])" for k in (*PUBLISHED.values(), 7, 9, 10, 11, 1))
@@ -84,7 +84,7 @@ def test_the_fix_derives_what_case_json_says(cases, tmp_path, case_id):
     assert values[:4] == [getattr(mill, name) for name in PUBLISHED]
     assert values[4:6] == [factors.length, factors.time]
     assert values[6:8] == [case.predicted_energy_ratio, case.centre_path_energy_ratio]
-    # The turn ends on a whole step.
+    # The rotation ends on a whole step.
     assert values[8] == pytest.approx(0.02, abs=mill.omega_rad_s * case.time.step_s)
 
 
@@ -113,7 +113,7 @@ def test_the_decks_of_a_charge_run_by_hand_on_two_ranks(cases, tmp_path):
 
 
 @pytest.mark.parametrize("precision", ["double", "mixed"])
-def test_the_decks_ask_for_the_precision_of_the_campaign(cases, tmp_path, precision):
+def test_the_decks_request_the_precision_of_the_campaign(cases, tmp_path, precision):
     case = cases["mb-cg-paper-S2.600"]
     case = structs.replace(case, deck=structs.replace(case.deck, precision=precision))
     folder = _prepare(case, tmp_path, "settle.in")
@@ -127,7 +127,7 @@ def _log(folder):
 
 
 def _check_measurements(case, last):
-    """A charge that has hardly fallen yet: bounds that any column in another's place breaks."""
+    """A charge early in its fall: limits that fail if two columns are exchanged."""
     radius, ball = case.mill.radius_m, case.ball.radius_m
     mass = case.ball.mass_kg * case.ball.count
     assert last["potential_J"] == pytest.approx(
@@ -136,7 +136,7 @@ def _check_measurements(case, last):
     assert -radius < last["centre_z_m"] < 0
     assert last["kinetic_rotation_J"] < last["kinetic_translation_J"]
     assert 0 < last["box_fixed_mass_fraction"] < 0.2
-    # 0.02 rad apart: all but a few of the same balls.
+    # The two frames differ by 0.02 rad: nearly all balls are the same.
     assert last["box_rotating_mass_fraction"] == pytest.approx(
         last["box_fixed_mass_fraction"], rel=0.2
     )

@@ -1,4 +1,4 @@
-"""Decks with an account of the energy: its files, its closure, and the same series without it."""
+"""Decks with an energy budget: its files, its closure, and the same series without it."""
 
 import numpy as np
 import pytest
@@ -15,14 +15,14 @@ pytestmark = pytest.mark.engine
 STUDY = CHARGE | {"count": [300], "settle_s": 0.11, "rotation_angle_rad": 0.3}
 
 
-def test_the_decks_keep_an_account_for_the_asking(tmp_path):
+def test_the_decks_have_an_energy_budget_on_request(tmp_path):
     kept = ran(tmp_path / "kept", "analytic", {"multi_ball": STUDY | {"ledger": True}}, [])
     plain = ran(tmp_path / "plain", "analytic", {"multi_ball": STUDY}, NOTHING_FORCED)
     assert not (plain / "ledger.csv").exists()
     ledger, series = read_ledger(kept), read_series(kept / "series.csv", "multi-ball")
     np.testing.assert_array_equal(ledger["step"], series["step"])
     for name in ("kinetic_translation_J", "kinetic_rotation_J", "potential_J"):
-        # Changes there, values here; both have been printed with all digits.
+        # The budget holds changes, the series values; both are printed with all digits.
         np.testing.assert_allclose(
             np.diff(ledger[name]), np.diff(series[name]), rtol=1e-6, atol=1e-8
         )
@@ -32,7 +32,7 @@ def test_the_decks_keep_an_account_for_the_asking(tmp_path):
     assert impact_spectrum(kept / "impacts.csv")["ball_ball"].impacts
 
 
-def test_both_paths_of_the_validation_close(tmp_path):
+def test_the_energy_budget_closes_with_both_contact_backends(tmp_path):
     study = {"multi_ball": STUDY}
     settled = ran(tmp_path / "settled", "analytic", study, NOTHING_FORCED)
     case = cases_of(load_campaign(settled / "campaign.toml"))[0]

@@ -1,4 +1,4 @@
-"""A deck without what its scene does not need runs as the deck that has it."""
+"""A deck without terms that its scene does not need gives the results of a full deck."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ NOTHING_FORCED: list[str] = []
 
 
 def ran(folder, wall, study, force, **changes):
-    """Folder in which the decks of a case ran.
+    """Return the folder in which the decks of a case ran.
 
     Args:
         study: {section: content}.
@@ -69,7 +69,7 @@ def test_a_single_ball_moves_the_same_without_pair_style_and_dumps(tmp_path, wal
     full = ran(tmp_path / "full", wall, study, force)
     assert not list((bare / "dump").iterdir())
     assert bool(list((full / "dump").iterdir())) == (force == ["dumps"])
-    # Nothing of the ball's motion depends on either: bit by bit.
+    # The ball's motion depends on neither, so that the results are bit-identical.
     assert series(bare) == series(full)
     assert len(series(bare).splitlines()) > 30
 

@@ -1,4 +1,4 @@
-"""A bed settled for one scheme goes on in the mill of another as one settled for that scheme."""
+"""A bed settled for one scheme gives the results of one settled for another scheme."""
 
 import shutil
 
@@ -62,6 +62,6 @@ def test_the_bed_of_another_case_leads_to_the_same_series(tmp_path, scheme, poli
     shutil.copy(giver / "settled.restart", taker)
     run(taker, "mill.in")
     run(own, "mill.in")
-    # The restart file does not know the scheme: bit by bit.
+    # The restart file does not hold the scheme, so that the results are bit-identical.
     assert (taker / "series.csv").read_text() == (own / "series.csv").read_text()
     assert len((own / "series.csv").read_text().splitlines()) > 2

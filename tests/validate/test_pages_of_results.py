@@ -24,5 +24,5 @@ PAGES = {
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_is_made_of_its_results(name):
+def test_a_page_is_the_one_its_json_file_gives(name):
     assert (RESULTS / name).read_text(encoding="utf-8") == PAGES[name]()

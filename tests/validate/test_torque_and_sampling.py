@@ -1,4 +1,4 @@
-"""Rows of torque by case and seed, and what samples at single steps miss."""
+"""Rows of torque by case and seed, and the error of samples at single steps."""
 
 import numpy as np
 import pytest

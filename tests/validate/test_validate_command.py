@@ -1,4 +1,4 @@
-"""`millscale validate`: what each command refuses, and the variants of the liner."""
+"""`millscale validate`: input that each command refuses, and variants of the liner."""
 
 import json
 import tomllib
@@ -14,16 +14,16 @@ from synthetic_case import write_campaign as write_runs
 from synthetic_charge import write_charge
 
 
-def refused(*words):
-    """The one line of a command with wrong input."""
-    done = millscale("validate", *words)
+def refused(*arguments):
+    """Return the error line of a command with wrong input."""
+    done = millscale("validate", *arguments)
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()
     return line
 
 
 @pytest.mark.parametrize(
-    ("words", "cause"),
+    ("arguments", "cause"),
     [
         (("hard-cases", "--backend", "fast"), "--backend: got fast; accepted: stock, plain, "),
         (("hard-cases", "--only", "no such mill"), "--only: got no such mill; accepted: "),
@@ -36,9 +36,9 @@ def refused(*words):
         (("liner-variants", "nowhere.toml", "--runs", "r"), "nowhere.toml: "),
     ],
 )
-def test_wrong_input_is_one_line_and_writes_nothing(words, cause, tmp_path, monkeypatch):
+def test_wrong_input_is_one_line_and_writes_nothing(arguments, cause, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert cause in refused(*words)
+    assert cause in refused(*arguments)
     assert list(tmp_path.iterdir()) == []
 
 

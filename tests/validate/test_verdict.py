@@ -59,11 +59,11 @@ def test_spin_noise_is_what_flips_and_not_what_grows():
     assert spin_noise(flipping, mill) == pytest.approx(0.7 * scale, rel=1e-12)
 
 
-def test_balls_that_begin_in_each_other_hold_hertz_energy_of_every_touching_pair():
+def test_overlapping_balls_start_with_the_hertz_energy_of_every_pair():
     case = BY_NAME["balls that begin 0.1 radii deep"]
     mill = mill_of(case, BASE)
     balls = balls_of(case, mill, 1)
-    # 4 x 4 x 2 in a grid; along the axis each touches the other of its row, on both sides.
+    # 4 x 4 x 2 in a grid; along the axis each ball is in contact with its neighbour on both sides.
     pairs = 2 * 4 * 3 * 2 + 16 * 2
     young, radius, depth = 0.5 * 5.98e7 / 0.91, 0.01, 0.002
     each = 8.0 / 15.0 * young * np.sqrt(radius) * depth**2.5
@@ -99,12 +99,12 @@ def test_a_run_that_ended_early_has_no_energy():
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize("path", BACKENDS)
-def test_a_step_far_too_long_is_stopped_by_the_guard_with_the_ball(tmp_path, path):
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_step_far_too_long_is_stopped_by_the_guard_with_the_ball(tmp_path, backend):
     mill = mill_of(MILL, BASE)
     balls = balls_of(MILL, mill, 1)
     step = 0.6 * mill.rayleigh_time
-    ran = run_case(tmp_path / path, MILL, mill, balls, path, step)
+    ran = run_case(tmp_path / backend, MILL, mill, balls, backend, step)
     assert "fix mill/guard: ball " in ran.stopped_by
     assert "; step " in ran.stopped_by
     found = measure(MILL, mill, balls, ran)
@@ -112,7 +112,7 @@ def test_a_step_far_too_long_is_stopped_by_the_guard_with_the_ball(tmp_path, pat
     assert found.lost == 0
 
 
-def test_the_kinds_of_cases_are_all_there():
+def test_every_kind_of_hard_case_is_present():
     assert {case.kind for case in CASES} == {"mill", IMPACT, REST}
 
 

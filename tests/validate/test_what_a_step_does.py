@@ -1,4 +1,4 @@
-"""What the time step does: collisions against the law, rows of the mill from a study, the page."""
+"""Effect of the time step: collisions, rows of the mill from a study, the page."""
 
 import json
 import math
@@ -43,12 +43,12 @@ def by_the_law(share):
 
 
 @pytest.mark.engine
-@pytest.mark.parametrize("path", BACKENDS)
+@pytest.mark.parametrize("backend", BACKENDS)
 @pytest.mark.parametrize("share", [0.05, 0.2])
-def test_a_collision_realises_what_explicit_steps_of_the_law_do(tmp_path, path, share):
-    found = collide(tmp_path / "c", MILL, path, share * MILL.rayleigh_time, oblique=False)
+def test_a_collision_realises_what_explicit_steps_of_the_law_do(tmp_path, backend, share):
+    found = collide(tmp_path / "c", MILL, backend, share * MILL.rayleigh_time, oblique=False)
     # Some ten roundings of a number in single precision, 6e-8; in double those of the dump.
-    rounding = 1e-6 if path == "mixed" else 1e-10
+    rounding = 1e-6 if backend == "mixed" else 1e-10
     assert (found.restitution, found.dissipated, found.peak_overlap) == pytest.approx(
         by_the_law(share), rel=0.0, abs=rounding
     )
@@ -64,7 +64,7 @@ def test_friction_takes_at_most_what_sliding_to_rolling_takes(tmp_path):
     assert least < found.dissipated < least + 0.5 * 2.0 / 7.0
 
 
-def test_balls_that_still_touch_are_told(tmp_path, monkeypatch):
+def test_balls_still_in_contact_are_reported(tmp_path, monkeypatch):
     monkeypatch.setattr("millscale.validate.collision.LOSSY", 0.2)
     with pytest.raises(RuntimeError, match="still touch"):
         collide(tmp_path / "c", MILL, "plain", 0.1 * MILL.rayleigh_time, oblique=False)
@@ -84,7 +84,7 @@ def case(step, surface="fast", damping="bounded", wall="analytic", **deck):
 
 
 @pytest.mark.parametrize(
-    ("document", "path"),
+    ("document", "backend"),
     [
         (case(1.0), "default"),
         (case(1.0, precision="mixed"), "mixed"),
@@ -94,8 +94,8 @@ def case(step, surface="fast", damping="bounded", wall="analytic", **deck):
         (case(1.0, wall="mesh"), None),
     ],
 )
-def test_a_case_takes_the_path_of_its_contacts_and_wall(document, path):
-    assert backend_of(document) == path
+def test_the_backend_of_a_case_follows_from_its_contacts_and_wall(document, backend):
+    assert backend_of(document) == backend
 
 
 def error(value):
@@ -133,7 +133,7 @@ def study(tmp_path, monkeypatch):
             finished[tmp_path / folder] = SimpleNamespace(case=document, result=result)
     (tmp_path / "report").mkdir()
     (tmp_path / "report" / "speed-against-error.json").write_text(json.dumps({"rows": rows}))
-    # One that failed and is no seed, and one that has not begun.
+    # One setting failed and is not a seed; one has not begun.
     failed = {"name": "long", "cases": [{"folder": "long/0"}]}
     content["settings"] += [failed, {"name": "later", "cases": [{"folder": "later/0"}]}]
     (tmp_path / "long" / "0").mkdir(parents=True)
@@ -148,7 +148,7 @@ def study(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_rows_of_the_mill_are_the_settings_that_differ_in_step_and_path_alone(study):
+def test_rows_of_the_mill_are_the_settings_that_differ_in_step_and_backend_alone(study):
     rows = {row["setting"]: row for row in mills(study)}
     assert set(rows) == {"fine", "usual", "stock", "long"}
     assert [row["path"] for row in rows.values()] == ["plain", "default", "stock", "default"]
@@ -160,10 +160,10 @@ def test_rows_of_the_mill_are_the_settings_that_differ_in_step_and_path_alone(st
     assert rows["usual"]["seeds"] == 2 and rows["usual"]["max_overlap"] == pytest.approx(0.13)
 
 
-def bed(path, share, stopped=None):
+def bed(backend, share, stopped=None):
     return {
         "scene": "bed",
-        "path": path,
+        "path": backend,
         "dt": share,
         "dt_over_rayleigh": share,
         "dt_over_damping_limit": share,
@@ -174,11 +174,11 @@ def bed(path, share, stopped=None):
     }
 
 
-def hit(path, kind, share):
+def hit(backend, kind, share):
     return {
         "scene": "collision",
         "kind": kind,
-        "path": path,
+        "path": backend,
         "dt": share,
         "dt_over_rayleigh": share,
         "steps_per_contact": 2.0 / share,
@@ -190,7 +190,7 @@ def hit(path, kind, share):
 
 def test_the_page_and_the_picture_show_every_row(study, tmp_path):
     rows = [*mills(study), bed("plain", 0.1), bed("plain", 0.4, "ERROR: ball 7")]
-    rows += [hit(path, kind, 0.1) for path in COLOURS for kind in ("head-on", "oblique")]
+    rows += [hit(backend, kind, 0.1) for backend in COLOURS for kind in ("head-on", "oblique")]
     record = {"command": "c", "commit": "abc", "date": "today", "machine": {"cpu": "a cpu"}}
     text = page({"restitution": 0.1, "rows": rows, "provenance": record})
     assert "| stock | 0.0001 | 0.143 | 1.00 | 1 | -20.0 (0.0) |" in text

@@ -1,4 +1,4 @@
-"""Kills a running campaign at random moments in several ways, resumes it each time, and compares.
+"""Kill a running campaign at random moments in several ways, resume it each time, and compare.
 
     python tests/workflow/kill_resume.py --kills 20 --to docs/results/kill-resume.json
 
@@ -42,7 +42,7 @@ from millscale.runs.lock import LOCK_FILE
 CASE = small_campaign.CHARGE
 TMPFS_BYTES = 64 << 20
 LONGEST_S = 900.0
-# Kinds that need an engine at work; the others happen at any moment.
+# Kinds of kill that need a running engine; the others may come at any moment.
 OF_ENGINE = (
     "SIGKILL mpirun",
     "SIGKILL a rank",
@@ -139,7 +139,7 @@ class Campaign:
             )
 
     def refuses_other_ranks(self) -> bool:
-        """Whether a run on one rank more or less is refused; writes nothing."""
+        """Return whether a run on one rank more or less is refused; write nothing."""
         line = [*self.line(1 if self.ranks > 1 else 2), "--dry-run"]
         asked = subprocess.run(line, env=self.environment(), capture_output=True, text=True)
         refused = asked.returncode == 2 and "--start-over" in asked.stderr
@@ -157,13 +157,13 @@ class Campaign:
         return found
 
     def series(self) -> Path:
-        """Where the series is, finished or on the way."""
+        """Return the path of the series, finished or in the part folder."""
         part = self.case / "rotate.part" / "series.csv"
         return part if part.exists() else self.case / "series.csv"
 
 
 def _named(process: psutil.Process, word: str) -> list[psutil.Process]:
-    """Its descendants whose command line has that word."""
+    """Return the descendants of a process whose command line contains the word."""
     found = []
     for child in process.children(recursive=True):
         with contextlib.suppress(psutil.Error):
@@ -210,7 +210,7 @@ def _rows(series: Path) -> list[str]:
 
 
 def wait_until_free(campaign: Campaign) -> float:
-    """Seconds until runs folder and case are not locked any more."""
+    """Return the seconds until neither runs folder nor case is locked."""
     begin = time.monotonic()
     for folder in (campaign.runs, campaign.case):
         if not (folder / LOCK_FILE).exists():
@@ -227,7 +227,7 @@ def wait_until_free(campaign: Campaign) -> float:
 
 
 def strike(kind: str, campaign: Campaign, process: psutil.Popen, chance: random.Random) -> str:
-    """Do it; returns what else there is to tell."""
+    """Kill in one of the ways; return a note."""
     if kind.endswith("millscale"):
         process.send_signal(getattr(signal, kind.split()[0]))
     elif kind == "full disk":
@@ -285,7 +285,7 @@ def _cut_newest(campaign: Campaign, chance: random.Random) -> str:
 def _begin(campaign: Campaign, kind: str, chance: random.Random, screen: Path) -> psutil.Popen:
     """Start the command and wait for the moment of the kill."""
     process = campaign.start(screen)
-    # Two thirds of the others come while an engine is at work, too.
+    # Two thirds of the other kills also come while an engine runs.
     if kind in OF_ENGINE or chance.random() < 2 / 3:
         # Mostly while the mill turns: on a slow machine all would come while the charge settles.
         settling = chance.random() < 0.2
@@ -349,8 +349,8 @@ def _what_failed(screen: Path) -> str:
     return lines[-1].split("; see")[0].split("failed: ", 1)[-1] if lines else ""
 
 
-def told(screen: Path) -> str:
-    """What a run said about a stage that had ended early."""
+def next_note(screen: Path) -> str:
+    """Return the note of a run about a stage that had ended early."""
     words = ("goes on", "begins anew", "starts over", "complete before")
     for line in screen.read_text().splitlines():
         if line.startswith(f"{CASE}: ") and any(word in line for word in words):
@@ -461,7 +461,7 @@ def _note_what_was_said(kills: list[Kill], screen: Path) -> None:
     for kill in reversed(kills):
         if kill.next_said:
             return
-        kill.next_said = told(screen)
+        kill.next_said = next_note(screen)
         print(kill, flush=True)
 
 

@@ -19,7 +19,7 @@ PARTITION = "mill"
 
 
 def missing() -> list[str]:
-    """What this machine lacks to run a node; empty if nothing."""
+    """Return what this machine lacks to run a node; empty if nothing."""
     path = f"{os.environ['PATH']}:/usr/sbin:/sbin"
     return [name for name in COMMANDS if not shutil.which(name, path=path)]
 

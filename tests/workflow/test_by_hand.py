@@ -45,7 +45,7 @@ def campaign(folder, text=small_campaign.TEXT):
 
 
 def environment(**more):
-    """Of a shell that knows the engine by its name only."""
+    """Return the environment of a shell that finds the engine by its name only."""
     own = {k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "MILLSCALE_"))}
     path = f"{find_engine().parent}{os.pathsep}{own['PATH']}"
     return {**own, "PATH": path, **more}
@@ -104,7 +104,7 @@ def test_the_script_makes_the_bytes_of_a_run(generated, run_once):
         assert [name for name in found if found[name] != expected[name]] == []
 
 
-def test_a_run_leaves_the_script_too(generated, run_once):
+def test_a_run_writes_the_script_too(generated, run_once):
     ranks, run = run_once
 
     def text(case):
@@ -155,8 +155,8 @@ def test_a_finished_series_is_not_overwritten(generated, case_id):
     case = generated / case_id
     by_script(case, RANKS="1")
     before = made(case)
-    said = by_script(case, code=1).splitlines()[-1]
-    assert "series.csv is there and complete: move it and dump/* elsewhere" in said
+    printed = by_script(case, code=1).splitlines()[-1]
+    assert "series.csv is there and complete: move it and dump/* elsewhere" in printed
     assert made(case) == before
 
 
@@ -168,8 +168,8 @@ def test_files_of_another_case_are_not_taken_for_this_one(generated):
     (case / "parameters.in").write_text(changed)
     assert "log.settle is not of this case" in by_script(case, code=1)
     (case / "settled.restart").unlink()
-    said = by_script(case, code=1)
-    assert "series.csv is there, and no restart file" in said or "is not of this case" in said
+    printed = by_script(case, code=1)
+    assert "series.csv is there, and no restart file" in printed or "is not of this case" in printed
 
 
 def test_a_cut_bed_is_not_rotated(generated):
@@ -183,7 +183,7 @@ def test_a_cut_bed_is_not_rotated(generated):
     assert not (case / "series.csv").exists()
 
 
-def test_the_script_does_not_ask_slurm(generated):
+def test_the_script_does_not_use_slurm(generated):
     case = generated / BALL
     job = {
         "SLURM_JOB_ID": "1",
@@ -198,8 +198,8 @@ def test_what_is_missing_is_named(generated, tmp_path):
     case = generated / BALL
     script = case / "mpirun.sh"
     assert "no parameters.in here" in by_script(_with(tmp_path / "elsewhere", script), code=1)
-    said = by_script(case, code=1, LIGGGHTS_MILL="/no/engine")
-    assert "no /no/engine on the PATH" in said
+    printed = by_script(case, code=1, LIGGGHTS_MILL="/no/engine")
+    assert "no /no/engine on the PATH" in printed
     (case / "rotate.part").mkdir()
     assert "rotate.part is of millscale run" in by_script(case, code=1)
 
@@ -210,7 +210,7 @@ def _with(folder, file):
     return folder
 
 
-def test_the_script_and_a_run_keep_each_other_out(generated, wait_for):
+def test_the_script_and_a_run_lock_each_other_out(generated, wait_for):
     case = generated / BALL
     holder = subprocess.Popen(["flock", ".millscale.lock", "sleep", "30"], cwd=case)
     try:
@@ -236,15 +236,15 @@ def long_once(tmp_path_factory):
     return whole, folder / "runs" / "cases" / CHARGE
 
 
-def test_a_killed_script_goes_on_to_the_same_bytes(long_once, tmp_path, wait_for):
+def test_a_killed_script_resumes_and_gives_the_same_bytes(long_once, tmp_path, wait_for):
     whole, generated = long_once
     case = tmp_path / CHARGE
     shutil.copytree(generated, case)
     rows = len((whole / "series.csv").read_text().splitlines())
     for share in (0.3, 0.6):
         _kill_at(case, share * rows, wait_for)
-    said = by_script(case, code=1, RANKS="2")
-    assert "begun with RANKS=1; RANKS=2 would change the results" in said
+    printed = by_script(case, code=1, RANKS="2")
+    assert "begun with RANKS=1; RANKS=2 would change the results" in printed
     assert "goes on from step" in by_script(case)
     assert (
         (case / "log.rotate.2")
@@ -275,7 +275,7 @@ def _rows(case):
     return len(series.read_text().splitlines()) if series.exists() else 0
 
 
-# The rest is about what millscale makes of runs by hand.
+# The other tests are about millscale's use of runs by hand.
 
 SEEDS = small_campaign.TEXT.replace("count = [50]", "count = [50]\nseeds = [1, 2]\nledger = true")
 ONE, OTHER = f"{CHARGE}-seed1", f"{CHARGE}-seed2"
@@ -300,7 +300,7 @@ def by_hand(by_hand_once, tmp_path):
 
 
 def engine_files(case):
-    """Content and date of all that the engine wrote."""
+    """Return content and date of every file that the engine wrote."""
     files = [
         *case.glob("log.*"),
         *case.glob("*.restart"),
@@ -326,8 +326,8 @@ def test_a_run_after_runs_by_hand_does_only_what_is_missing(by_hand):
     file = by_hand.parent / "small.toml"
     dry = millscale("run", file, "--runs", by_hand, "--dry-run")
     assert dry.count("run by hand: taken over") == 5 and dry.count("mpirun -np") == 1
-    said = millscale("run", file, "--runs", by_hand)
-    assert f"{ONE}: settle and rotate run by hand: taken over, only missing stages run" in said
+    printed = millscale("run", file, "--runs", by_hand)
+    assert f"{ONE}: settle and rotate run by hand: taken over, only missing stages run" in printed
     for case, files in before.items():
         assert engine_files(by_hand / "cases" / case) == files
         assert (by_hand / "cases" / case / "result.json").exists()
@@ -452,7 +452,7 @@ def _signed_wrong(case):
     ],
     ids=lambda value: value.replace(" ", "-") if isinstance(value, str) else "",
 )
-def test_what_cannot_be_shown_to_be_of_this_case_is_not_used(by_hand, change, reason):
+def test_files_not_proven_to_be_of_this_case_are_not_used(by_hand, change, reason):
     case = by_hand / "cases" / ONE
     change(case)
     before = engine_files(case)
@@ -462,7 +462,7 @@ def test_what_cannot_be_shown_to_be_of_this_case_is_not_used(by_hand, change, re
     assert reason in record.cause and "move the named file to another folder" in record.advice
     assert engine_files(case) == before, "results made by hand were lost"
     assert not (case / "result.json").exists()
-    # A look at the status reads no dumps, and only what the next stage would read.
+    # `status` reads no dumps, only the inputs of the next stage.
     if "centre of mass" not in reason and "charge.data" not in reason:
         (row,) = [x for x in campaign_status(by_hand) if x.id == ONE]
         assert (row.state, row.failure) == ("failed", "by hand") and reason in row.problem
@@ -480,7 +480,7 @@ def test_after_an_edit_of_the_campaign_runs_by_hand_are_those_of_before(by_hand)
     assert engine_files(case) == before
 
 
-def test_a_run_by_hand_that_was_ended_early_is_shown_and_goes_on(long_once, tmp_path, wait_for):
+def test_a_run_by_hand_that_ended_early_is_shown_and_resumed(long_once, tmp_path, wait_for):
     whole, generated = long_once
     runs = tmp_path / "runs"
     shutil.copytree(generated.parent.parent, runs)

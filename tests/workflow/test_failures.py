@@ -1,4 +1,4 @@
-"""Kinds of failure: by their traces, and provoked in the real engine."""
+"""Kinds of failure, recognised in logs and provoked in the real engine."""
 
 import json
 import os
@@ -25,7 +25,7 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
 @pytest.mark.parametrize(
     ("kind", "traces"),
     [
-        # As the engine's guard says it, from one rank or from all.
+        # As fix mill/guard reports it, from one rank or from all.
         ("nan", Traces("ERROR: fix mill/guard: position of ball 7 is nan at step 900 (a.cpp:1)")),
         ("nan", Traces("ERROR on proc 1: fix mill/guard: ball 7 is not a number at step 9")),
         (
@@ -54,7 +54,7 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
         ("killed", Traces("the engine was ended by a signal")),
         ("time out", Traces("mpirun ended by signal 15", "CANCELLED AT x DUE TO TIME LIMIT")),
         ("disk full", Traces("[Errno 28] No space left on device: 'a'")),
-        # The engine does not look whether its output was written.
+        # The engine does not check whether its output was written.
         ("disk full", Traces("log.rotate holds no finished run", free_bytes=0)),
         (
             "wrong deck",
@@ -72,7 +72,7 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
         (UNKNOWN, Traces("ERROR: Something else", last_row="1,2.0,-3e5")),
     ],
 )
-def test_traces_tell_the_kind(kind, traces):
+def test_the_log_decides_the_kind_of_failure(kind, traces):
     failure = classify(traces)
     assert failure.kind == kind
     assert traces.error in failure.cause and "\n" not in failure.cause
@@ -90,13 +90,13 @@ def test_traces_tell_the_kind(kind, traces):
         ("libXft.so.2: cannot open shared object file: No such file", "apt-get install libxft2"),
         ("libfoo.so: cannot open shared object file", "the Debian package of the named library"),
         ("No module named 'gmsh'", "scripts/setup"),
-        # The guard knows more than a kind of failure.
+        # fix mill/guard reports more than a kind of failure.
         (
             "ERROR: fix mill/guard: ball 4 is outside the box in z; step 22, ...; likeliest first: "
             "a hole in the mesh, a radius that is not the mesh's, a step too long",
             "the remedies of the message in their order",
         ),
-        # A ball that does not fit is no fault of the decks.
+        # A ball that does not fit is not an error of the decks.
         (
             "ERROR: Fix wall/mill (id liner): balls of radius 0.02 m do not fit: the groove of the "
             "liner takes less than 0.015875 m",
@@ -151,7 +151,7 @@ def test_a_record_of_wrong_types_counts_as_none(tmp_path):
         assert stage_record.read_record(tmp_path) is None
 
 
-def test_a_record_gives_the_terminal_nothing_to_obey(tmp_path):
+def test_a_record_is_printed_without_control_characters(tmp_path):
     record = stage_record.begin(tmp_path, "mesh")
     stage_record.end(tmp_path, record, "failed", "\x1b[2Jgone\x07")
     assert stage_record.read_record(tmp_path).cause == "[2Jgone"
@@ -182,7 +182,7 @@ def running(command, case_id):
     return stage_record.begin(case, "rotate"), part
 
 
-def test_a_run_without_progress_is_said(finished):
+def test_a_run_without_progress_is_reported(finished):
     record, part = running(finished, SINGLE_BALLS[0])
     assert not json.loads(finished("status", "--json").stdout)[0]["failure"]
     old = time.time() - 900.0

@@ -1,4 +1,4 @@
-"""Runs folders that came from somewhere else: nothing is run from them, nothing leads outside."""
+"""Runs folders from other machines: none of their files is run, no link leads outside."""
 
 import json
 import os
@@ -66,7 +66,7 @@ def test_a_link_to_outside_is_refused_and_its_target_stays(finished, victim, pla
 @pytest.mark.parametrize(
     "place", [f"{BALL}/result.json", f"{CHARGE}/dump/charge.000000001.liggghts"]
 )
-def test_a_link_in_place_of_a_product_is_refused_before_work_and_told_by_verify(
+def test_a_link_in_place_of_a_product_is_refused_before_work_and_found_by_verify(
     finished, victim, place
 ):
     link = finished.runs / "cases" / place
@@ -101,21 +101,21 @@ def test_a_pipe_is_refused_not_waited_for(finished):
 
 @pytest.mark.parametrize("name", ["snakemake", "millscale", "json", "psutil"])
 def test_no_module_of_the_runs_folder_is_run(finished, name):
-    said = finished.runs / "was-run"
-    (finished.runs / f"{name}.py").write_text(f"open({str(said)!r}, 'w')")
+    witness = finished.runs / "was-run"
+    (finished.runs / f"{name}.py").write_text(f"open({str(witness)!r}, 'w')")
     (finished.case(BALL) / "result.json").unlink()
     assert finished("run").returncode == 0
-    assert (finished.case(BALL) / "result.json").exists() and not said.exists()
+    assert (finished.case(BALL) / "result.json").exists() and not witness.exists()
 
 
 @pytest.mark.parametrize("entry", ["", "."])
 def test_a_relative_python_path_is_that_of_the_command_not_of_the_runs_folder(finished, entry):
-    said = finished.runs / "was-run"
-    (finished.runs / "psutil.py").write_text(f"open({str(said)!r}, 'w')")
+    witness = finished.runs / "was-run"
+    (finished.runs / "psutil.py").write_text(f"open({str(witness)!r}, 'w')")
     (finished.case(BALL) / "result.json").unlink()
     path = os.pathsep.join([entry, finished.environment()["PYTHONPATH"]])
     assert finished("run", PYTHONPATH=path).returncode == 0
-    assert (finished.case(BALL) / "result.json").exists() and not said.exists()
+    assert (finished.case(BALL) / "result.json").exists() and not witness.exists()
 
 
 @pytest.mark.parametrize(
@@ -153,7 +153,7 @@ def test_no_line_of_case_json_gets_into_a_deck(finished, section, key, value):
         parameters_text(load_case(file.parent))
 
 
-def test_a_case_id_that_brings_a_line_is_refused(finished):
+def test_a_case_id_with_a_second_line_is_refused(finished):
     file = finished.case(BALL) / "case.json"
     document = json.loads(file.read_text())
     file.write_text(json.dumps(document | {"id": "sb\nshell touch escaped"}))

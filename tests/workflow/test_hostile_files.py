@@ -1,4 +1,4 @@
-"""Files of a runs folder that are damaged or made to do harm: one line, at once, and no harm."""
+"""Damaged and malicious files of a runs folder give a one-line error at once and do no harm."""
 
 import json
 import os
@@ -118,11 +118,11 @@ def put(make, path):
 
 
 def check(done, took):
-    said = done.stdout + done.stderr
+    printed = done.stdout + done.stderr
     assert done.returncode in (0, 1, 2)
     assert took < WITHIN_S
-    assert "Traceback" not in said
-    assert not re.search("[\x00-\x08\x0b-\x1f\x7f]", said)
+    assert "Traceback" not in printed
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f]", printed)
     if done.returncode == 2:
         assert done.stderr.startswith("error: ") and len(done.stderr.splitlines()) == 1
 
@@ -132,7 +132,7 @@ def check(done, took):
     "kind",
     [x if x in QUICK else pytest.param(x, marks=pytest.mark.validate) for x in HOSTILE],
 )
-def test_commands_that_read_answer_in_a_line(begun_once, tmp_path, monkeypatch, kind, file):
+def test_reading_commands_report_damage_in_one_line(begun_once, tmp_path, monkeypatch, kind, file):
     monkeypatch.setattr("millscale.report.build.build_report", lambda runs: results_of(runs))
     shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
     command = small(tmp_path)
@@ -151,7 +151,7 @@ def test_commands_that_read_answer_in_a_line(begun_once, tmp_path, monkeypatch, 
     "kind",
     [x if x == "pipe" else pytest.param(x, marks=pytest.mark.validate) for x in HOSTILE],
 )
-def test_a_run_refuses_or_makes_anew_in_a_line(begun_once, tmp_path, kind, file):
+def test_a_run_refuses_damage_in_one_line_or_makes_the_file_anew(begun_once, tmp_path, kind, file):
     shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
     command = small(tmp_path)
     put(HOSTILE[kind], command.runs / file)
@@ -164,18 +164,18 @@ def test_a_run_refuses_or_makes_anew_in_a_line(begun_once, tmp_path, kind, file)
 
 
 @pytest.mark.parametrize("process", [-1, 0, (1 << 22) + 1, 1 << 31, 10**18, True, "1", 1.5, None])
-def test_a_process_that_is_none_is_asked_nothing(begun_once, tmp_path, monkeypatch, process):
+def test_an_impossible_process_id_is_not_looked_up(begun_once, tmp_path, monkeypatch, process):
     shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
     command = small(tmp_path)
     file = command.case(OTHER) / "stage.json"
     file.write_text(
         json.dumps(json.loads(file.read_text()) | {"process": process, "state": "running"})
     )
-    asked = []
-    monkeypatch.setattr(stage_record.psutil, "Process", lambda number: asked.append(number))
+    looked_up = []
+    monkeypatch.setattr(stage_record.psutil, "Process", lambda number: looked_up.append(number))
     done = command("status", "--json")
     check(done, 0.0)
-    assert asked == []
+    assert looked_up == []
     assert {x["state"] for x in json.loads(done.stdout)} >= {"done"}
 
 
@@ -191,7 +191,7 @@ def test_a_damaged_case_is_shown_beside_the_others(begun_once, tmp_path):
     assert f"{BALL}: damaged: damaged file: case.json: not valid JSON" in " ".join(text.split())
 
 
-def test_what_a_terminal_obeys_is_not_printed(begun_once, tmp_path):
+def test_control_characters_are_not_printed(begun_once, tmp_path):
     shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
     command = small(tmp_path)
     other = command.case(OTHER)
@@ -228,7 +228,7 @@ def test_a_campaign_file_that_takes_long_to_parse_is_refused_at_once(tmp_path, c
     assert done.returncode == 2 and len(done.stderr) < 5000
 
 
-def test_text_with_many_points_is_no_long_key(tmp_path):
+def test_a_text_with_many_points_is_not_a_long_key(tmp_path):
     command = small(tmp_path)
     about = 'about = "www.a.b.c ... 1.0.0, see e.g. 3.2.1"'
     text = command.file.read_text().replace("[campaign]", f"# {'.' * 60}\n[campaign]\n{about}")

@@ -1,4 +1,4 @@
-"""Jobs: which cases share one, and that ending one at any moment loses nothing."""
+"""Cases that share a job, and jobs that end at any moment without loss."""
 
 import json
 import os
@@ -50,7 +50,7 @@ def test_large_cases_and_those_of_several_ranks_have_jobs_of_their_own(tmp_path)
         assert job.ranks == allocation.ranks[job.name]
 
 
-def test_a_cluster_is_asked_for_twice_the_time_and_ten_minutes_at_least(tmp_path):
+def test_a_job_requests_twice_the_predicted_time_and_at_least_ten_minutes(tmp_path):
     some = cases(tmp_path, **MULTI_BALL, single_ball__rotation_angle_rad=5e4)
     made = jobs_of(some, place(some, CoreWish(jobs=1)), BUILT_IN, Slurm().shared_job_s)
     assert min(job.minutes for job in made) == LEAST_TIME_S / 60
@@ -120,7 +120,7 @@ def test_finished_cases_of_a_job_that_is_ended_stay_and_the_rest_is_done_next(
     process = subprocess.Popen(line, cwd=finished.runs, env=environment, start_new_session=True)
     first, second = (finished.case(x) for x in SINGLE_BALLS)
     wait_for(lambda: (second / "rotate.part" / "series.csv").exists())
-    # As Slurm does it: everything the job started gets the signal.
+    # As in Slurm, every process of the job gets the signal.
     engine = json.loads((second / "stage.json").read_text())["process"]
     for child in [*children(engine), process.pid]:
         os.kill(child, number)
@@ -141,7 +141,7 @@ def children(process):
     return [*(x.pid for x in found.children(recursive=True)), process]
 
 
-def test_a_case_in_use_is_told_and_left_alone(finished, wait_for):
+def test_a_case_in_use_is_reported_and_left_alone(finished, wait_for):
     line = ready(finished, CHARGE)
     environment = finished.environment(STAND_IN_SECONDS="60")
     process = subprocess.Popen(line, cwd=finished.runs, env=environment)

@@ -18,7 +18,7 @@ from small_command import STAND_IN
 
 @pytest.fixture
 def stopped(finished, monkeypatch):
-    """Stops the charge of a finished campaign while it turned, as if on some ranks."""
+    """Return a function that leaves the charge as if its rotation had stopped on some ranks."""
     monkeypatch.setenv("MILLSCALE_ENGINE", str(STAND_IN / "liggghts_mill"))
 
     def stop(ranks):
@@ -45,8 +45,8 @@ def content(folder):
 def test_the_ranks_of_an_attempt_are_the_default_whatever_else_runs(finished, stopped):
     folder, step = stopped(2)
     for only in ([], ["--only", CHARGE], ["--only", "*-S2.000", "--jobs", "1"]):
-        said = finished("run", "--dry-run", *only).stdout
-        assert f"in {folder}: mpirun -np 2 " in said
+        printed = finished("run", "--dry-run", *only).stdout
+        assert f"in {folder}: mpirun -np 2 " in printed
     done = finished("run", "--only", CHARGE)
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{CHARGE}: goes on from step {step} of" in done.stdout
@@ -68,7 +68,7 @@ def test_other_ranks_are_refused_with_what_to_do_and_nothing_is_written(finished
     assert finished("run", "--ranks", "2").returncode == 0
 
 
-def test_start_over_gives_the_attempt_up(finished, stopped):
+def test_start_over_deletes_the_attempt(finished, stopped):
     folder, _ = stopped(2)
     assert "mpirun -np 1 " in finished("run", "--ranks", "1", "--start-over", "--dry-run").stdout
     assert (folder / "rotate.part").exists()
@@ -78,7 +78,7 @@ def test_start_over_gives_the_attempt_up(finished, stopped):
     assert json.loads((folder / "timing.json").read_text())["attempts"] == 1
 
 
-def test_more_ranks_than_there_are_cores_are_asked_about(finished, stopped):
+def test_an_attempt_on_more_ranks_than_cores_is_refused_with_the_options(finished, stopped):
     ranks = available_cores() + 1
     stopped(ranks)
     refused = finished("run", "--only", CHARGE)
@@ -88,7 +88,7 @@ def test_more_ranks_than_there_are_cores_are_asked_about(finished, stopped):
     assert f"-np {ranks} " in finished("run", "--dry-run", "--oversubscribe").stdout
 
 
-def test_an_attempt_at_another_case_asks_nothing(finished, stopped):
+def test_an_attempt_at_another_case_is_ignored(finished, stopped):
     stopped(2)
     text = finished.file.read_text()
     finished.file.write_text(text.replace("settle_s = 0.1", "settle_s = 0.2"))

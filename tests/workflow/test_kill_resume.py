@@ -1,4 +1,4 @@
-"""A run that was killed and goes on ends as the one that was not, bit by bit."""
+"""A killed and resumed run is bit-identical to an uninterrupted run."""
 
 import contextlib
 import json
@@ -107,7 +107,7 @@ def held_between_files(case, process):
         time.sleep(0.01)
 
 
-def said(case):
+def note_of(case):
     return (case / "out.rotate").read_text().splitlines()[0]
 
 
@@ -119,18 +119,18 @@ def test_three_kills_change_nothing(case, whole):
     os.truncate(newest, newest.stat().st_size // 2)
 
     process = started(case, 0.5)
-    assert said(case).startswith("goes on from step")
-    assert f"{newest.name} is not whole" in said(case)
+    assert note_of(case).startswith("goes on from step")
+    assert f"{newest.name} is not whole" in note_of(case)
     process.kill()
     process.wait(60)
 
     process = started(case, 0.7)  # waits for what the killed stage has left
-    assert said(case).startswith("goes on from step")
+    assert note_of(case).startswith("goes on from step")
     process.terminate()
     assert process.wait(60) == 130
 
     run(case, "rotate")
-    assert said(case).startswith("goes on from step")
+    assert note_of(case).startswith("goes on from step")
     files = ["series.csv", *(f"dump/{path.name}" for path in whole.glob("dump/*"))]
     if (whole / "occupancy.csv").exists():
         files.append("occupancy.csv")
@@ -146,7 +146,7 @@ def test_three_kills_change_nothing(case, whole):
 
 @pytest.mark.validate
 def test_twenty_kills_of_a_campaign_change_nothing(tmp_path):
-    """The same is done, and written down, by kill_resume.py."""
+    """kill_resume.py does the same and writes docs/results/kill-resume.json."""
     ways = [*kill_resume.OF_ENGINE, *kill_resume.OF_WORKFLOW]
     kinds = [ways[i % len(ways)] for i in range(20)]
     random.Random(7).shuffle(kinds)

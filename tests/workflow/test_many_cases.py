@@ -1,6 +1,6 @@
-"""What a campaign of many small cases costs beside its engines, in processor time.
+"""Processor time of a campaign of many small cases outside its engines.
 
-Processor time is what the machine is kept from doing, and is the same beside other work.
+Other work on the machine does not change the processor time.
 """
 
 import json
@@ -14,7 +14,7 @@ from paper_campaign import write_campaign
 from small_campaign import TEXT
 from small_command import Millscale, small
 
-# Seconds per case outside the engine, asked of a campaign of two hundred.
+# Limit of the seconds per case outside the engine, for a campaign of two hundred.
 MOST = 0.3
 
 

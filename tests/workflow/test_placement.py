@@ -1,4 +1,4 @@
-"""Who gets how many ranks."""
+"""Number of ranks of each case."""
 
 import itertools
 import random
@@ -55,7 +55,7 @@ def test_no_other_choice_of_ranks_ends_much_earlier(tmp_path, monkeypatch):
         makespan([(wall_time(x, r), r) for x, r in zip(mills, ranks, strict=True)], 4, 4)
         for ranks in itertools.product(range(1, 5), repeat=len(mills))
     )
-    # The rule looks at one path through the choices; that it is not far off is what is asked.
+    # The rule tries only some of the choices; its result has to be close to the best.
     assert best <= chosen <= 1.2 * best
 
 
@@ -74,7 +74,7 @@ def test_slabs_stay_two_ball_diameters_thick(tmp_path, monkeypatch):
         (CoreWish(4, 4, oversubscribe=True), 4, 4, 16),
     ],
 )
-def test_what_is_asked_for_is_met(tmp_path, monkeypatch, asked, ranks, jobs, cores):
+def test_requested_ranks_and_jobs_are_used(tmp_path, monkeypatch, asked, ranks, jobs, cores):
     on(monkeypatch, 8)
     mills = charges(tmp_path, [1.0], [231461], seeds=[1, 2])
     chosen = place(mills, asked)
@@ -82,7 +82,7 @@ def test_what_is_asked_for_is_met(tmp_path, monkeypatch, asked, ranks, jobs, cor
     assert (chosen.jobs, chosen.cores) == (jobs, cores)
 
 
-def test_usual_values_give_way_to_the_machine_and_to_what_is_asked(tmp_path):
+def test_defaults_yield_to_the_machine_and_to_requests(tmp_path):
     mills = charges(tmp_path, [1.0], [231461])
     assert set(place(mills, CoreWish(), CoreWish(64, 64)).ranks.values()) == {1}
     assert set(place(mills, CoreWish(ranks=2), CoreWish(1, 1)).ranks.values()) == {2}
@@ -95,7 +95,7 @@ def test_more_cores_than_there_are_need_permission(tmp_path, asked):
         place(mills, asked)
 
 
-def test_single_balls_run_on_one_rank_whatever_is_asked(tmp_path):
+def test_single_balls_run_on_one_rank_whatever_is_requested(tmp_path):
     balls = cases(tmp_path)
     assert set(place(balls, CoreWish(ranks=64, jobs=2)).ranks.values()) == {1}
 

@@ -43,7 +43,7 @@ def of_scheme(rows, scheme):
 
 
 def as_printed(value: float, printed: str) -> bool:
-    """Whether a value rounds to the digits printed."""
+    """Return whether a value rounds to the printed digits."""
     decimals = len(printed.partition(".")[2])
     return f"{value:.{decimals}f}" == printed
 
@@ -93,7 +93,7 @@ def test_predicted_ratios_are_those_of_tables_8_and_9(single_ball_rows):
             assert row["predicted_energy_ratio"] == pytest.approx(float(printed[column]), abs=1e-3)
 
 
-def test_rows_are_json_with_every_number_promised(tmp_path):
+def test_rows_are_json_with_every_documented_number(tmp_path):
     rows = plan_rows(load_campaign(write_campaign(tmp_path, **MULTI_BALL)))
     for row in json.loads(json.dumps(rows, allow_nan=False)):
         assert set(row) >= ROW_KEYS
@@ -109,7 +109,7 @@ def test_more_ranks_are_predicted_to_take_less_time_for_a_charge_only(tmp_path):
         if two["kind"] == "single-ball":
             assert ratio == 1.0
         else:
-            # Ghost balls take their share of every further rank.
+            # Every further rank spends part of its time on ghost balls.
             assert 0.5 < ratio < 0.75
 
 
@@ -143,7 +143,7 @@ def test_a_thousand_single_balls_are_planned_in_seconds(tmp_path):
 
 
 def test_ten_thousand_seeds_are_planned_in_ten_seconds(tmp_path):
-    # They differ in their packing alone: the mill is worked out once.
+    # The cases differ in their packing alone: the mill is computed once.
     assert seconds_of_plan(many_seeds(tmp_path, 10_000), "multi-ball", 10_000) < 10.0
 
 
@@ -154,14 +154,14 @@ def test_ten_thousand_single_balls_are_planned_in_ten_seconds(tmp_path):
     assert took < 10.0
 
 
-def test_plan_says_what_the_cases_take_together_on_this_machine(tmp_path):
+def test_plan_shows_the_time_of_all_cases_on_this_machine(tmp_path):
     rows = plan_rows(load_campaign(many(tmp_path, 10)))
     console = Console(width=180, record=True, file=(tmp_path / "screen").open("w"))
     console.print(render_plan(rows))
     assert "together about" in console.export_text()
 
 
-def test_rendered_plan_shows_every_case_its_warnings_and_what_is_left_out(tmp_path):
+def test_rendered_plan_shows_every_case_its_warnings_and_omitted_terms(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "step_s": 2e-4}
     path = write_campaign(tmp_path, multi_ball=charge)
     rows = plan_rows(load_campaign(path))

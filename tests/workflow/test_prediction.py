@@ -1,4 +1,4 @@
-"""What runs were expected to take, against what they took."""
+"""Predicted and measured times of runs."""
 
 import json
 
@@ -25,12 +25,12 @@ def took(runs, case, seconds, steps=None):
     (folder / "timing.json").write_text(json.dumps(timing))
 
 
-def test_nothing_is_said_before_a_case_is_done(two):
+def test_nothing_is_reported_before_a_case_is_done(two):
     assert error_line(two[0]) == ""
     assert error_line(two[0] / "cases") == ""
 
 
-def test_predictions_are_held_against_what_the_runs_took(two):
+def test_predictions_are_compared_with_the_measured_times(two):
     runs, (one, other) = two
     expected = run_time(one, one.time.steps, 1)
     took(runs, one, 2.0 * expected)
@@ -43,7 +43,7 @@ def test_predictions_are_held_against_what_the_runs_took(two):
     assert f"largest error {one.id}" in line
 
 
-def test_the_rest_of_a_run_counts_for_the_whole_in_proportion(two):
+def test_a_resumed_run_counts_in_proportion_to_its_steps(two):
     runs, (one, _) = two
     took(runs, one, 3.0, steps=one.time.steps // 2)
     assert errors(runs)[one.id][1] == pytest.approx(6.0, rel=1e-4)

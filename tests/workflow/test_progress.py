@@ -1,4 +1,4 @@
-"""Reading files that the engine is still writing."""
+"""Progress from files that the engine is still writing."""
 
 import os
 import time

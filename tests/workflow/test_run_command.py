@@ -1,4 +1,4 @@
-"""`millscale run`: what runs, what does not, and what is left behind."""
+"""`millscale run`: the stages that run, and the files that stay."""
 
 import json
 import signal
@@ -22,7 +22,7 @@ def test_a_run_leaves_every_product_and_no_part(finished):
     assert (finished.case(CHARGE) / "dump" / "charge.000000000.liggghts").exists()
 
 
-def test_timing_tells_steps_balls_rate_and_shares(finished):
+def test_timing_holds_steps_balls_rate_and_shares(finished):
     timing = json.loads((finished.case(SINGLE_BALLS[0]) / "timing.json").read_text())
     assert timing["balls"] == 1 and timing["steps"] == 6000
     assert timing["particle_steps_per_s_core"] == pytest.approx(6000 / 2.0)
@@ -56,11 +56,11 @@ def test_a_missing_product_of_an_early_stage_is_made_again(finished):
 
 
 def test_an_edit_of_a_deck_that_is_included_runs_the_stages_that_read_it(finished):
-    """And the deck is kept."""
+    """The edited deck is kept."""
     deck = finished.case(SINGLE_BALLS[0]) / "integrate.in"
     deck.write_text(deck.read_text() + "# mine\n")
-    said = finished("run", "--dry-run").stdout
-    assert f"{SINGLE_BALLS[0]}\n  rotate  (integrate.in has changed since stage rotate read" in said
+    text = finished("run", "--dry-run").stdout
+    assert f"{SINGLE_BALLS[0]}\n  rotate  (integrate.in has changed since stage rotate read" in text
     assert finished("run").returncode == 0
     assert deck.read_text().endswith("# mine\n")
     assert f"{SINGLE_BALLS[0]}: done" in finished("run", "--dry-run").stdout

@@ -1,4 +1,4 @@
-"""A stage by itself: what it publishes, what it leaves when it fails, and the folder's lock."""
+"""A single stage: its products, its record if it fails, and the lock of the case."""
 
 import json
 
@@ -76,7 +76,7 @@ def test_a_stage_without_its_product_has_failed(case, monkeypatch):
     assert read_record(case).cause == "stage charge ended without charge.data"
 
 
-def test_an_interrupted_stage_says_so(case, monkeypatch):
+def test_an_interrupted_stage_is_recorded_as_interrupted(case, monkeypatch):
     def charge(task):
         raise KeyboardInterrupt
 
@@ -98,7 +98,7 @@ def test_a_case_that_is_not_accepted_is_not_begun(case, monkeypatch):
 
 
 def test_a_result_appears_only_when_it_is_published(tmp_path, cases, monkeypatch):
-    """However the stage is killed: before, there is none; afterwards it has its record."""
+    """A killed stage leaves either no product, or products with their record."""
     (tmp_path / "case.json").write_text(cases["single-ball"].text())
     for name in ("series.csv", "timing.json"):
         (tmp_path / name).write_text("{}")
@@ -136,7 +136,7 @@ def rotated(tmp_path, cases, monkeypatch):
     return tmp_path
 
 
-def test_a_complete_stage_is_not_done_again_for_want_of_a_rename(rotated, monkeypatch):
+def test_a_complete_stage_is_only_renamed_and_not_done_again(rotated, monkeypatch):
     monkeypatch.setitem(stage_work.WORK, "rotate", None)
     assert run_stage(rotated, "rotate") == 0
     assert (rotated / "timing.json").read_text() == "rotate.part/timing.json"

@@ -1,4 +1,4 @@
-"""Which cases share a settled bed, and that it is settled once."""
+"""Cases that share a settled bed, which is settled once."""
 
 import json
 import shutil
@@ -62,7 +62,7 @@ def test_a_bed_serves_both_schemes_where_gravity_is_the_same(tmp_path):
     ],
     ids=lambda change: change[1],
 )
-def test_whatever_decides_the_settling_makes_another_bed(tmp_path, change):
+def test_every_input_of_the_settling_changes_the_key(tmp_path, change):
     assert change[0] in BOTH_SCHEMES
     name = "mb-cg-paper-S1.000"
     one = key(prepared(tmp_path)[name])
@@ -93,7 +93,7 @@ def test_the_engine_reads_the_profile_of_a_liner(tmp_path):
     assert reading == ["settle", "rotate"]
 
 
-def test_what_only_the_rotation_knows_leaves_the_bed(tmp_path):
+def test_inputs_of_the_rotation_alone_keep_the_key(tmp_path):
     name = "mb-cg-paper-S1.000"
     one = key(prepared(tmp_path)[name])
     longer = BOTH_SCHEMES.replace("rotation_angle_rad = 1.0", "rotation_angle_rad = 2.0")
@@ -102,7 +102,7 @@ def test_what_only_the_rotation_knows_leaves_the_bed(tmp_path):
     assert key(prepared(tmp_path, faster, "other")[name]) == one
 
 
-def test_what_was_edited_by_hand_is_not_shared_unseen(tmp_path):
+def test_decks_edited_by_hand_change_the_key_or_are_not_shared(tmp_path):
     folder = prepared(tmp_path)["mb-cg-paper-S1.000"]
     one = key(folder)
     with (folder / "settle.in").open("a") as deck:
@@ -135,7 +135,7 @@ def given(shared, part):
     give(shared, part, PRODUCTS, record)
 
 
-def test_half_a_bed_is_not_taken(bed):
+def test_an_incomplete_bed_is_not_used(bed):
     shared, part, other = bed
     with pytest.raises(FileNotFoundError):
         give(shared, part, PRODUCTS, {})
@@ -168,7 +168,7 @@ def other_key(folder):
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    ("damage", "message"),
     [
         (lambda x: flip(x / "settled.restart"), "settled.restart does not match its digest"),
         (lambda x: flip(x / "settled.json"), "settled.json does not match its digest"),
@@ -179,13 +179,13 @@ def other_key(folder):
     ],
     ids=["bit", "bit of json", "signature", "no provenance", "half", "other inputs"],
 )
-def test_a_bed_that_is_not_what_was_given_is_refused_and_removed(bed, capsys, damage, said):
+def test_a_changed_bed_is_refused_and_removed(bed, capsys, damage, message):
     shared, part, other = bed
     (part / "settled.json").write_text("{}")
     given(shared, part)
     damage(shared.folder)
     assert not take(shared, other, PRODUCTS)
-    assert said in capsys.readouterr().out
+    assert message in capsys.readouterr().out
     assert not list(other.iterdir())
     assert not {*PRODUCTS, "provenance.json"} & {path.name for path in shared.folder.iterdir()}
 
@@ -220,7 +220,7 @@ def test_cases_that_share_a_bed_settle_it_once(millscale, jobs):
     assert len(list((millscale.runs / FOLDER).iterdir())) == 1
 
 
-def test_a_bed_taken_is_settled_again_when_its_own_inputs_change(millscale):
+def test_a_shared_bed_is_settled_again_if_its_inputs_change(millscale):
     millscale.file.write_text(BOTH_SCHEMES)
     line = ("--only", "mb-*-S1.000", "--ranks", "1", "--jobs", "1")
     assert millscale("run", *line).returncode == 0

@@ -1,6 +1,6 @@
 """`millscale run --slurm` on a real Slurm of one node, started and stopped here.
 
-The node is said to have four cores whatever the machine has: nothing here measures time.
+The node is configured with four cores on any machine: these tests measure no time.
 """
 
 import importlib.util
@@ -66,7 +66,7 @@ class OnSlurm:
         return sorted(ours, key=int)
 
     def shown(self, number):
-        """What Slurm says of a job, by key."""
+        """Return what Slurm reports of a job, by key."""
         return dict(re.findall(r"(\S+?)=(\S*)", self.node("scontrol", "show", "job", number)))
 
 
@@ -107,11 +107,11 @@ def test_a_killed_job_is_queued_again_and_finished_cases_are_kept(on_slurm, wait
     assert code == 0, output
     assert all(on_slurm.done(x) for x in SINGLE_BALLS)
     assert (first / "timing.json").stat().st_mtime_ns == kept
-    # What Slurm calls a job that was killed depends on which of its processes went first.
+    # The state of a killed job in Slurm depends on which of its processes ended first.
     assert on_slurm.shown(number)["JobState"] in ("CANCELLED", "FAILED")
     again = on_slurm.shown(on_slurm.attempts()[-1])
     assert again["JobState"] == "COMPLETED"
-    # It was given more time.
+    # The second attempt requested more time.
     assert again["TimeLimit"] == "00:20:00"
 
 

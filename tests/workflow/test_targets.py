@@ -71,7 +71,7 @@ def test_a_batch_system_without_its_programs_is_refused(monkeypatch):
         Queue().check()
 
 
-def test_what_is_requested_is_a_line_for_each_of_the_longest_jobs(tmp_path):
+def test_the_request_is_one_line_for_each_of_the_longest_jobs(tmp_path):
     some = cases(tmp_path, **MULTI_BALL, scaling__S=[1.0, 2.0])
     target = Queue()
     allocation = target.allocate(some, CoreWish(ranks=2), CoreWish(), BUILT_IN)

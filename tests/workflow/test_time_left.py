@@ -11,7 +11,7 @@ from millscale.workflow.predictions import time_left
 
 @dataclass
 class Status:
-    """The part of CaseStatus that counts here: a case of 1,000 steps."""
+    """Return the part of CaseStatus that these tests use, for a case of 1,000 steps."""
 
     id: str
     state: str = "waiting"
@@ -34,16 +34,16 @@ def left(*statuses, ranks=2, jobs=2, cores=2):
     return time_left(statuses, CASES, Allocation(widths, jobs, cores))
 
 
-def test_a_case_that_waits_goes_as_predicted():
+def test_a_waiting_case_takes_its_predicted_time():
     assert left(Status("a")) == pytest.approx(20.0)
 
 
-def test_a_running_case_goes_on_at_its_rate():
+def test_a_running_case_continues_at_its_rate():
     running = Status("a", "running", step=500, particle_steps_per_s=10.0)
     assert left(running) == pytest.approx(50.0)
 
 
-def test_waiting_cases_go_at_the_mean_rate_of_those_that_run():
+def test_waiting_cases_run_at_the_mean_rate_of_the_running_cases():
     running = Status("a", "running", step=1000, particle_steps_per_s=10.0)
     assert left(running, Status("b"), jobs=1) == pytest.approx(100.0)
 
@@ -59,5 +59,5 @@ def test_charges_that_take_all_cores_follow_each_other_and_the_single_balls():
     assert left(Status("a"), *charges) == pytest.approx(60.0)
 
 
-def test_what_is_done_or_has_failed_takes_no_time():
+def test_finished_and_failed_cases_take_no_time():
     assert left(Status("a", "done"), Status("b", "failed")) == 0.0

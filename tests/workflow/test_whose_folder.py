@@ -1,4 +1,4 @@
-"""A runs folder belongs to one campaign, and only what was chosen is replaced."""
+"""A runs folder belongs to one campaign, and only chosen cases are replaced."""
 
 import json
 import os
@@ -25,7 +25,7 @@ def states(command):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "cause"),
     [
         ('name = "small"', 'name = "other"', 'belongs to campaign "small", '),
         ("speed_rad_s = 2.0", "speed_rad_s = 2.1", "its omega_rad_s is 2.0, not 2.1"),
@@ -35,7 +35,7 @@ def states(command):
     ids=["name", "speed", "mill", "ball"],
 )
 @pytest.mark.parametrize("summary", [True, False], ids=["", "without campaign.json"])
-def test_another_campaign_is_refused_before_anything_is_written(finished, old, new, said, summary):
+def test_another_campaign_is_refused_before_anything_is_written(finished, old, new, cause, summary):
     finished.file.write_text(TEXT.replace(old, new, 1))
     if not summary:
         (finished.runs / "campaign.json").unlink()
@@ -43,7 +43,7 @@ def test_another_campaign_is_refused_before_anything_is_written(finished, old, n
     for line in (("run",), ("run", "--dry-run"), ("run", "--only", CHARGE), ("generate",)):
         refused = finished(*line)
         assert refused.returncode == 2 and refused.stderr.count("\n") == 1
-        assert said in refused.stderr and "another folder after --runs" in refused.stderr
+        assert cause in refused.stderr and "another folder after --runs" in refused.stderr
     assert content(finished.runs) == before
 
 
@@ -56,7 +56,7 @@ def test_a_campaign_file_changed_by_hand_in_the_folder_is_not_overwritten(finish
         assert refused.returncode == 2 and f"{copy}: changed by hand" in refused.stderr
         assert f"mv {copy} mine.toml and run that, or rm {copy}" in refused.stderr
     assert content(finished.runs) == before
-    # Nothing would be lost: it is what is asked for, or it is gone.
+    # Nothing is lost if the copy equals the campaign file or was deleted.
     finished.file.write_text(copy.read_text())
     assert finished("generate").returncode == 0
     copy.unlink()
@@ -76,12 +76,12 @@ def test_only_the_chosen_cases_are_replaced_and_the_others_are_known_as_outdated
                if "cases" in p.parts and after[p] != before.get(p)}  # fmt: skip
     assert changed == {one}
     assert states(finished) == {one: ("done", 0), other: ("waiting", 4), CHARGE: ("done", 0)}
-    said = finished("verify")
-    assert said.returncode == 1
-    assert f"{other}/case.json: differs from the campaign in time.step_s" in said.stdout
-    assert f"{one}/" not in said.stdout and f"{CHARGE}/" not in said.stdout
+    verified = finished("verify")
+    assert verified.returncode == 1
+    assert f"{other}/case.json: differs from the campaign in time.step_s" in verified.stdout
+    assert f"{one}/" not in verified.stdout and f"{CHARGE}/" not in verified.stdout
     assert f"{other}\n  mesh    (new case.json)" in finished("run", "--dry-run").stdout
-    # Back again: now the other one is outdated.
+    # With the first text again, the other case is outdated.
     finished.file.write_text(TEXT)
     assert finished("run", "--only", other).returncode == 0
     assert states(finished) == {one: ("waiting", 4), other: ("done", 0), CHARGE: ("done", 0)}
@@ -101,7 +101,7 @@ def test_cases_written_and_not_run_are_not_done(finished):
     assert {state for state, _ in states(finished).values()} == {"done"}
 
 
-def test_a_failure_of_the_case_before_it_was_changed_is_no_longer_told(finished):
+def test_a_failure_of_the_case_before_it_was_changed_is_no_longer_shown(finished):
     case = finished.case(SINGLE_BALLS[0])
     (case / "liner.stl").unlink()
     digest = case_digest(json.loads((case / "case.json").read_text()))
@@ -156,7 +156,7 @@ def test_a_folder_of_an_earlier_version_is_done_and_gets_what_it_lacks(finished)
     assert finished("run").returncode == 0
     assert finished.dates() == before
     assert json.loads(file.read_text()) == summary
-    # case.json holds whose it is.
+    # case.json holds the name of its campaign.
     file.write_text(json.dumps(kept))
     finished.file.write_text(TEXT.replace("speed_rad_s = 2.0", "speed_rad_s = 2.1"))
     assert "belongs to another physical mill" in finished("run").stderr
