@@ -145,7 +145,7 @@ def test_every_variant_is_a_campaign_of_its_own(tmp_path, variants):
         campaigns[name] = replace(load_campaign(path), file=None)
     assert variants.reference in campaigns
     assert len({repr(campaign) for campaign in campaigns.values()}) == len(campaigns)
-    assert all(s.charge.seeds == (1, 2, 3) for c in campaigns.values() for s in c.studies)
+    assert all(s.charge.seeds == (1, 2, 3) for c in campaigns.values() for s in c.parts)
 
 
 def test_the_drum_is_one_mill_without_lifters_and_without_rolling_friction():

@@ -23,23 +23,23 @@ def test_rotation_may_be_an_angle_turns_or_a_time(tmp_path, key):
     whole_turn = {"rotation_angle_rad": math.tau, "revolutions": 1.0, "rotation_s": math.tau / 1.5}
     changes = {"single_ball__rotation_angle_rad": None, f"single_ball__{key}": whole_turn[key]}
     campaign = load_campaign(write_campaign(tmp_path, mill__speed_rad_s=1.5, **changes))
-    assert campaign.studies[0].rotation_angle == pytest.approx(math.tau, rel=1e-15)
+    assert campaign.parts[0].rotation_angle == pytest.approx(math.tau, rel=1e-15)
 
 
 def test_scaled_radii_are_another_way_to_give_s(tmp_path):
     path = write_campaign(tmp_path, scaling__S=None, scaling__scaled_radius_m=[3.9, 3.0, 1.5])
-    assert load_campaign(path).studies[0].ratios == pytest.approx((1.0, 1.3, 2.6), rel=1e-15)
+    assert load_campaign(path).parts[0].ratios == pytest.approx((1.0, 1.3, 2.6), rel=1e-15)
 
 
 def test_s_is_used_when_radii_agree_with_it_to_their_rounding(tmp_path):
     path = write_campaign(tmp_path, scaling__S=[1.696], scaling__scaled_radius_m=[2.3])
-    assert load_campaign(path).studies[0].ratios == (1.696,)
+    assert load_campaign(path).parts[0].ratios == (1.696,)
 
 
 def test_a_campaign_part_may_have_its_own_scaled_mills(tmp_path):
     own = {"S": [1.5], "schemes": ["constant-speed"], "policies": ["corrected"]}
     multi_ball = {"multi_ball": {**MULTI_BALL["multi_ball"], **own, "count": 50}}
-    single, multi = load_campaign(write_campaign(tmp_path, **multi_ball)).studies
+    single, multi = load_campaign(write_campaign(tmp_path, **multi_ball)).parts
     assert (single.ratios, multi.ratios) == ((1.0, 2.6), (1.5,))
     assert multi.schemes == ("constant-speed",)
     assert multi.policies == ("corrected",)
@@ -48,7 +48,7 @@ def test_a_campaign_part_may_have_its_own_scaled_mills(tmp_path):
 
 def test_a_missing_step_is_the_advised_step(tmp_path):
     campaign = load_campaign(write_campaign(tmp_path, single_ball__step_s=None))
-    assert campaign.studies[0].step is None
+    assert campaign.parts[0].step is None
 
 
 def test_parallel_reading_ignores_the_groove_width_and_warns(tmp_path):

@@ -198,13 +198,13 @@ WRONG = {
     "a slice longer than the mill": (
         {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_length_m": 0.5}},
         "multi_ball.slice_length_m",
-        "longer than the shortest model",
+        "longer than the shortest scaled mill",
         "<= 0.384615",
     ),
     "a slice of more diameters than the mill": (
         {"multi_ball": {**MULTI_BALL["multi_ball"], "slice_diameters": 12.5}},
         "multi_ball.slice_diameters",
-        "makes 0.5 m, longer than the shortest model",
+        "makes 0.5 m, longer than the shortest scaled mill",
         "<= 0.384615",
     ),
     "a slice given twice": (

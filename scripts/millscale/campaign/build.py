@@ -12,7 +12,7 @@ from millscale import _core
 from millscale.campaign.campaign import Ball, Campaign, LinerShape, Material, Mill, Wall
 from millscale.campaign.contacts import ContactOptions
 from millscale.campaign.keys import KINDS
-from millscale.campaign.parts import build_study
+from millscale.campaign.parts import build_part
 from millscale.campaign.reader import checked_sections, parse_toml
 from millscale.campaign.units import resolve, speed_forms
 from millscale.errors import CampaignError
@@ -46,10 +46,10 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     sections = checked_sections(path, tree)
     mill = _mill(path, sections["mill"], sections["ball"])
     scaling = sections["scaling"]
-    studies = tuple(build_study(path, name, sections, mill) for name in KINDS if name in sections)
-    if not studies:
+    parts = tuple(build_part(path, name, sections, mill) for name in KINDS if name in sections)
+    if not parts:
         raise CampaignError(path, "", "nothing to simulate", "[single_ball], [multi_ball] or both")
-    _check_time_factor(path, scaling, {scheme for study in studies for scheme in study.schemes})
+    _check_time_factor(path, scaling, {scheme for part in parts for scheme in part.schemes})
     return Campaign(
         file=path,
         name=campaign_name(path, "campaign.name", sections["campaign"]["name"]),
@@ -64,7 +64,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         force=sections["model"]["force"],
         time_factor=scaling["time_factor"],
         time_exponent=scaling["time_exponent"],
-        studies=studies,
+        parts=parts,
         ranks=sections["run"]["ranks"],
         jobs=sections["run"]["jobs"],
         output_budget=1e9 * sections["run"]["output_gb"],

@@ -60,7 +60,7 @@ class LinerShape:
 
 @dataclass(frozen=True)
 class Ball:
-    """Balls, the same in every model. Radii are normal, cut at `truncation` deviations."""
+    """Balls, the same in every planned mill. Radii are normal, cut at `truncation` deviations."""
 
     radius: float
     density: float
@@ -93,7 +93,7 @@ class Wall:
 
 @dataclass(frozen=True)
 class Charge:
-    """The charge of a multi-ball study: counts by model, or filling and porosity.
+    """The charge of a multi-ball part: counts by planned, or filling and porosity.
 
     Models of S below `seeds_from` take the first seed only.
     """
@@ -106,17 +106,17 @@ class Charge:
     seeds_from: float
 
     def seeds_at(self, S: float) -> tuple[int, ...]:
-        """Return the seeds of the models of a radius ratio."""
+        """Return the seeds of the scaled mills of a radius ratio."""
         return self.seeds if self.seeds_from <= S else self.seeds[:1]
 
 
 @dataclass(frozen=True)
-class Study:
-    """Models to simulate in one way. Times and the step are those of the physical mill.
+class CampaignPart:
+    """Scaled mills with one kind of charge. Times and the step are those of the physical mill.
 
     Attributes:
         kind: "single-ball" or "multi-ball".
-        ratios: S of the models.
+        ratios: S of the scaled mills.
         schemes, policies: of the similarity law.
         step: time step [s]; None: advised from the limits of the contact law.
         wait: rest (single ball) or settling (multi-ball) before rotation [s].
@@ -164,7 +164,7 @@ class Campaign:
     force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None
-    studies: tuple[Study, ...]
+    parts: tuple[CampaignPart, ...]
     ranks: int | None
     jobs: int | None
     output_budget: float

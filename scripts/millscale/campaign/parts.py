@@ -1,4 +1,4 @@
-"""The studies of a campaign: which models, how long, with which charge."""
+"""The parts of a campaign: which mills, how long, with which charge."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from millscale.campaign.campaign import Charge, Mill, Study
+from millscale.campaign.campaign import CampaignPart, Charge, Mill
 from millscale.campaign.keys import ADVISED, FRICTION_MATCHED, KINDS
 from millscale.campaign.units import AGREEMENT, resolve
 from millscale.errors import CampaignError
@@ -24,7 +24,7 @@ SETTLING = 1.27
 REST = 1.57
 
 
-def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> Study:
+def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> CampaignPart:
     """Return the campaign part of section `name`; keys it lacks are taken from [scaling].
 
     Raises:
@@ -38,7 +38,7 @@ def build_study(path: Path, name: str, sections: Mapping[str, Section], mill: Mi
     single = name == "single_ball"
     rotation = _rotation_angle(path, name, section, mill)
     _check_intervals(path, name, section, rotation)
-    return Study(
+    return CampaignPart(
         kind=KINDS[name],
         ratios=ratios,
         schemes=section["schemes"] or scaling["schemes"],
@@ -191,7 +191,7 @@ def _charge(
         raise CampaignError(
             path,
             f"multi_ball.{key}",
-            f"makes {slice_length:g} m, longer than the shortest model",
+            f"makes {slice_length:g} m, longer than the shortest scaled mill",
             f"<= {shortest:.6g} m",
         )
     return Charge(

@@ -189,7 +189,7 @@ def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
     read = tuple(_read_one(path, where, key, item) for item in items)
     first = {item: i for i, item in reversed(list(enumerate(read)))}
     repeated = next((item for i, item in enumerate(read) if first[item] < i), None)
-    # Two models may well hold the same number of balls.
+    # Two scaled mills may well hold the same number of balls.
     if repeated is not None and not where.endswith(".count"):
         raise CampaignError(path, where, f"{_shown(repeated)} is given twice", "different values")
     return read

@@ -12,8 +12,8 @@ from millscale.campaign.campaign import Campaign
 from millscale.cases import sections as parts
 from millscale.cases.cost import wall_time
 from millscale.cases.deck_terms import deck_part, statements_of, terms_of
-from millscale.cases.feasible import check_model
-from millscale.cases.law import Model, models_of
+from millscale.cases.feasible import check_mill
+from millscale.cases.law import PlannedMill, planned_mills
 from millscale.cases.modelled import statements
 from millscale.cases.output_size import check_budget, output_bytes
 from millscale.cases.time_step import Step, steps_of
@@ -29,17 +29,17 @@ _NOT_PREDICTED = Predicted(particle_steps=0, ranks=1, wall_time_s=0.0, output_by
 
 
 def cases_of(campaign: Campaign) -> list[Case]:
-    """Return the cases of a campaign: by study, policy, scheme, S and seed.
+    """Return the cases of a campaign: by part, policy, scheme, S and seed.
 
     Raises:
-        CampaignError: a model is impossible, a case would write more than the campaign's budget, or
-            two cases would have the same id.
+        CampaignError: a planned mill is impossible, a case would write more than the budget of the
+            campaign, or two cases would have the same id.
     """
     cases = []
-    for study in campaign.studies:
-        models = models_of(campaign, study)
-        for model, step in zip(models, steps_of(campaign, models), strict=True):
-            cases += _cases(campaign, model, step)
+    for part in campaign.parts:
+        mills = planned_mills(campaign, part)
+        for planned, step in zip(mills, steps_of(campaign, mills), strict=True):
+            cases += _cases(campaign, planned, step)
     for case in cases:
         check_budget(campaign.file, case, campaign.output_budget)
     seen: set[str] = set()
@@ -51,83 +51,83 @@ def cases_of(campaign: Campaign) -> list[Case]:
     return cases
 
 
-def case_id(model: Model, seed: int) -> str:
+def case_id(planned: PlannedMill, seed: int) -> str:
     """Return the name of a case, `mb-cg-paper-S2.600`, with the seed if there are several."""
-    kind = SHORT_KIND[model.study.kind]
-    name = f"{kind}-{SHORT_SCHEME[model.scheme]}-{model.policy}-S{model.S:.3f}"
-    several = model.study.charge is not None and len(model.study.charge.seeds) > 1
+    kind = SHORT_KIND[planned.part.kind]
+    name = f"{kind}-{SHORT_SCHEME[planned.scheme]}-{planned.policy}-S{planned.S:.3f}"
+    several = planned.part.charge is not None and len(planned.part.charge.seeds) > 1
     return f"{name}-seed{seed}" if several else name
 
 
-def _cases(campaign: Campaign, model: Model, step: Step) -> list[Case]:
-    """Return the cases of a model, which differ in the seed alone.
+def _cases(campaign: Campaign, planned: PlannedMill, step: Step) -> list[Case]:
+    """Return the cases of a planned mill, which differ in the seed alone.
 
     Raises:
-        CampaignError: the model is impossible.
+        CampaignError: the planned mill is impossible.
     """
-    study = model.study
+    part = planned.part
     try:
-        case = _case(campaign, model, step)
+        case = _case(campaign, planned, step)
     except ArithmeticError as cause:
-        raise _beyond_arithmetic(campaign, model, str(cause)) from None
+        raise _beyond_arithmetic(campaign, planned, str(cause)) from None
     beyond = next(
         (key for key, number in numbers(case.document) if not math.isfinite(number)), None
     )
     if beyond:
-        raise _beyond_arithmetic(campaign, model, f"{beyond} is not finite")
-    seeds = study.charge.seeds_at(model.S) if study.charge else (0,)
-    return [_seeded(case, model, seed) for seed in seeds]
+        raise _beyond_arithmetic(campaign, planned, f"{beyond} is not finite")
+    seeds = part.charge.seeds_at(planned.S) if part.charge else (0,)
+    return [_seeded(case, planned, seed) for seed in seeds]
 
 
-def _beyond_arithmetic(campaign: Campaign, model: Model, cause: str) -> CampaignError:
+def _beyond_arithmetic(campaign: Campaign, planned: PlannedMill, cause: str) -> CampaignError:
     return CampaignError(
         campaign.file,
-        model.study.kind.replace("-", "_"),
-        f"numbers beyond floating point at S = {model.S:g}, scheme {model.scheme}: {cause}",
+        planned.part.kind.replace("-", "_"),
+        f"numbers beyond floating point at S = {planned.S:g}, scheme {planned.scheme}: {cause}",
         "numbers of a mill; check units and powers of ten",
     )
 
 
-def _seeded(case: Case, model: Model, seed: int) -> Case:
-    own = structs.replace(case, id=case_id(model, seed), seed=seed)
+def _seeded(case: Case, planned: PlannedMill, seed: int) -> Case:
+    own = structs.replace(case, id=case_id(planned, seed), seed=seed)
     return structs.replace(own, digest=case_digest(own.document))
 
 
-def _case(campaign: Campaign, model: Model, step: Step) -> Case:
-    """Return the case of a model without its id, seed and digest."""
-    study = model.study
-    time = parts.time_part(campaign, model, step)
-    warned = check_model(campaign, model, step.limits)
-    ball = parts.ball_part(campaign, model)
-    terms = terms_of(campaign, model)
-    given = study.charge
+def _case(campaign: Campaign, planned: PlannedMill, step: Step) -> Case:
+    """Return the case of a planned mill without its id, seed and digest."""
+    part = planned.part
+    time = parts.time_part(campaign, planned, step)
+    warned = check_mill(campaign, planned, step.limits)
+    ball = parts.ball_part(campaign, planned)
+    terms = terms_of(campaign, planned)
+    given = part.charge
     case = Case(
         schema=SCHEMA,
         id="",
         campaign=campaign.name,
-        kind=study.kind,
-        scheme=model.scheme,
-        policy=model.policy,
-        S=model.S,
-        time_factor=model.time_factor,
+        kind=part.kind,
+        scheme=planned.scheme,
+        policy=planned.policy,
+        S=planned.S,
+        time_factor=planned.time_factor,
         allow_centrifuging=campaign.mill.allow_centrifuging,
         seed=0,
         physical=parts.physical_part(campaign),
-        mill=parts.mill_part(model),
-        factors=parts.factors_part(model),
-        predicted_energy_ratio=model.scaled.predicted_energy_ratio,
-        centre_path_energy_ratio=model.scaled.centre_path_energy_ratio,
-        groups=parts.groups_part(campaign, model),
+        mill=parts.mill_part(planned),
+        factors=parts.factors_part(planned),
+        predicted_energy_ratio=planned.scaled.predicted_energy_ratio,
+        centre_path_energy_ratio=planned.scaled.centre_path_energy_ratio,
+        groups=parts.groups_part(campaign, planned),
         ball=ball,
-        material=parts.material_part(campaign, model),
+        material=parts.material_part(campaign, planned),
         time=time,
-        charge=parts.charge_part(campaign, model, given, ball, time) if given else None,
-        wall=wall_part(campaign, model),
-        deck=deck_part(terms, campaign, study),
-        domain=parts.domain_part(campaign, model),
-        output=parts.output_part(study, model, time),
+        charge=parts.charge_part(campaign, planned, given, ball, time) if given else None,
+        wall=wall_part(campaign, planned),
+        deck=deck_part(terms, campaign, part),
+        domain=parts.domain_part(campaign, planned),
+        output=parts.output_part(part, planned, time),
         warnings=(*campaign.warnings, *step.warnings, *warned),
-        model=statements(campaign, model, statements_of(terms)),
+        model=statements(campaign, planned, statements_of(terms)),
         versions={"millscale": installed_version()},
         predicted=_NOT_PREDICTED,
         digest="",

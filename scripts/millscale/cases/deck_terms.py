@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from millscale.campaign.campaign import Campaign, Study
+from millscale.campaign.campaign import Campaign, CampaignPart
 from millscale.campaign.contacts import DAMPINGS
-from millscale.cases.law import Model
+from millscale.cases.law import PlannedMill
 from millscale.runs.case_file import Deck, Modelled, Statement
 
 BETWEEN = {"pp": "between balls", "pw": "of ball and wall"}
@@ -37,9 +37,9 @@ class Term:
     values: tuple[str, str]
 
 
-def terms_of(campaign: Campaign, model: Model) -> list[Term]:
-    """Return the terms of a model's decks that depend on the scene."""
-    single = model.study.kind == "single-ball"
+def terms_of(campaign: Campaign, planned: PlannedMill) -> list[Term]:
+    """Return the terms of a planned mill's decks that depend on the scene."""
+    single = planned.part.kind == "single-ball"
     pair = Term(
         "pair",
         "contacts between balls: pair style, neighbour list, ghost balls",
@@ -63,7 +63,7 @@ def terms_of(campaign: Campaign, model: Model) -> list[Term]:
     return [_forced(term, campaign.force) for term in (pair, *friction, dumps)]
 
 
-def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> Deck:
+def deck_part(terms: list[Term], campaign: Campaign, part: CampaignPart) -> Deck:
     """Return the part `deck` of a case.json: the switches and the contact options.
 
     Keys that a case does not need are left out, so that cases made before they existed keep their
@@ -77,9 +77,9 @@ def deck_part(terms: list[Term], campaign: Campaign, study: Study) -> Deck:
         **switches,
         surface=contacts.surface,
         tangential_damping=contacts.tangential_damping,
-        wall_damping=DAMPINGS[wall] if study.kind == "multi-ball" else None,
+        wall_damping=DAMPINGS[wall] if part.kind == "multi-ball" else None,
         precision=contacts.precision,
-        ledger="on" if study.ledger else "off",
+        ledger="on" if part.ledger else "off",
     )
 
 

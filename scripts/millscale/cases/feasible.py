@@ -6,7 +6,7 @@ import math
 
 from millscale.campaign.campaign import Campaign
 from millscale.campaign.parts import settling_time
-from millscale.cases.law import Model, scaled_liner
+from millscale.cases.law import PlannedMill, scaled_liner
 from millscale.cases.time_step import Limits
 from millscale.errors import CampaignError
 from millscale.packing.bed import LARGEST_OVERLAP
@@ -25,57 +25,57 @@ START_UP = 7.0
 LEAST_ROTATION = 10.5
 
 
-def check_model(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
-    """Return the warnings about a model, in words.
+def check_mill(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list[str]:
+    """Return the warnings about a planned mill, in words.
 
     Raises:
         CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall.
     """
-    grooves = _grooves(campaign, model)
-    if model.study.kind == "multi-ball":
-        _check_settling(campaign, model)
+    grooves = _grooves(campaign, planned)
+    if planned.part.kind == "multi-ball":
+        _check_settling(campaign, planned)
     return [
         *grooves,
-        *_softness(campaign, model, limits),
-        *_thin(campaign, model),
-        *_short(model),
+        *_softness(campaign, planned, limits),
+        *_thin(campaign, planned),
+        *_short(planned),
     ]
 
 
-def _grooves(campaign: Campaign, model: Model) -> list[str]:
+def _grooves(campaign: Campaign, planned: PlannedMill) -> list[str]:
     """Refuse balls that are too wide for the grooves; with a mesh wall, warn of them."""
-    liner = model.liner
+    liner = planned.liner
     if liner.sectors == 1:
         return []
-    diameter = 2.0 * _largest_radius(campaign, model)
+    diameter = 2.0 * _largest_radius(campaign, planned)
     width = liner.narrowest_width
     if diameter < width:
         return []
     if campaign.wall.kind == "mesh":
         return [
             f"balls of {diameter:g} m are too wide for the grooves, {width:.4g} m, at S = "
-            f"{model.S:g}: they lie on the lifters"
+            f"{planned.S:g}: they lie on the lifters"
         ]
-    most = _largest_scale(campaign, model, diameter)
+    most = _largest_scale(campaign, planned, diameter)
     raise CampaignError(
         campaign.file,
         "scaling.S",
-        f"got {model.S:g}, policy {model.policy}: balls of {diameter:g} m do not fit the grooves, "
-        f"{width:.4g} m wide where they are narrowest",
+        f"got {planned.S:g}, policy {planned.policy}: balls of {diameter:g} m do not fit the "
+        f"grooves, {width:.4g} m wide where they are narrowest",
         f"S <= {most:g}, or smaller balls" if most else "smaller balls or wider grooves",
     )
 
 
-def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
+def _largest_scale(campaign: Campaign, planned: PlannedMill, diameter: float) -> float:
     """Return the largest S at which balls fit the grooves, to three decimals; 0 if none does."""
 
     def fits(S: float) -> bool:
         try:
-            return diameter < scaled_liner(campaign, model.policy, S).narrowest_width
+            return diameter < scaled_liner(campaign, planned.policy, S).narrowest_width
         except ValueError:
             return False
 
-    low, high = 1.0, model.S
+    low, high = 1.0, planned.S
     if not fits(low):
         return 0.0
     while high - low > 1e-6 * low:
@@ -84,12 +84,14 @@ def _largest_scale(campaign: Campaign, model: Model, diameter: float) -> float:
     return max(1.0, math.floor(1e3 * low) / 1e3)
 
 
-def _softness(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
+def _softness(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list[str]:
     """Return the overlaps at rest and in the fastest impact, over the ball radius."""
     radius = campaign.ball.radius
     at_rest = limits.overlap / radius
     stiffer = _rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
-    said = f"at rest balls overlap by {at_rest:.3g} of their radius on average, at S = {model.S:g}"
+    said = (
+        f"at rest balls overlap by {at_rest:.3g} of their radius on average, at S = {planned.S:g}"
+    )
     if at_rest > LARGEST_OVERLAP:
         raise CampaignError(
             campaign.file,
@@ -112,29 +114,29 @@ def _softness(campaign: Campaign, model: Model, limits: Limits) -> list[str]:
     return []
 
 
-def _check_settling(campaign: Campaign, model: Model) -> None:
+def _check_settling(campaign: Campaign, planned: PlannedMill) -> None:
     """Refuse a settling in which a ball falls by less than its own radius."""
-    radius, gravity = campaign.ball.radius, model.scaled.mill.gravity
-    to_model = model.scaled.base.time
-    time = model.study.wait * to_model
+    radius, gravity = campaign.ball.radius, planned.scaled.mill.gravity
+    to_scaled = planned.scaled.base.time
+    time = planned.part.wait * to_scaled
     fall = 0.5 * gravity * time**2
     if fall >= radius:
         return
-    least = math.sqrt(2.0 * radius / gravity) / to_model
+    least = math.sqrt(2.0 * radius / gravity) / to_scaled
     usual = max(least, settling_time(campaign.mill))
     raise CampaignError(
         campaign.file,
         "multi_ball.settle_s",
-        f"got {model.study.wait:g}: at S = {model.S:g} a ball falls by {fall:.3g} m meanwhile, "
+        f"got {planned.part.wait:g}: at S = {planned.S:g} a ball falls by {fall:.3g} m meanwhile, "
         f"{fall / radius:.2g} of its radius, so that the bed hangs in the air",
         f">= {_rounded_up(least):g}; usual is {usual:.2g}",
     )
 
 
-def _thin(campaign: Campaign, model: Model) -> list[str]:
-    if model.study.kind == "single-ball":
+def _thin(campaign: Campaign, planned: PlannedMill) -> list[str]:
+    if planned.part.kind == "single-ball":
         return []
-    diameters = model.simulated_length / (2.0 * campaign.ball.radius)
+    diameters = planned.simulated_length / (2.0 * campaign.ball.radius)
     # A slice given in diameters is rounded.
     if diameters >= THIN_SLICE * (1.0 - 1e-9):
         return []
@@ -144,13 +146,13 @@ def _thin(campaign: Campaign, model: Model) -> list[str]:
     ]
 
 
-def _short(model: Model) -> list[str]:
-    if model.study.kind == "single-ball":
+def _short(planned: PlannedMill) -> list[str]:
+    if planned.part.kind == "single-ball":
         return []
-    if model.study.rotation_angle >= LEAST_ROTATION:
+    if planned.part.rotation_angle >= LEAST_ROTATION:
         return []
     return [
-        f"rotation of {model.study.rotation_angle:.3g} rad: a charge is not steady before some "
+        f"rotation of {planned.part.rotation_angle:.3g} rad: a charge is not steady before some "
         f"{START_UP:g} rad; for means of the steady state give rotation_angle_rad = "
         f"{math.ceil(LEAST_ROTATION):g} or more"
     ]
@@ -162,9 +164,9 @@ def _rounded_up(value: float) -> float:
     return math.ceil(value / power - 1e-9) * power
 
 
-def _largest_radius(campaign: Campaign, model: Model) -> float:
+def _largest_radius(campaign: Campaign, planned: PlannedMill) -> float:
     """Return the largest ball radius of a scaled mill [m]."""
     ball = campaign.ball
     return ball.radius + (
-        0.0 if model.study.kind == "single-ball" else ball.radius_std * ball.truncation
+        0.0 if planned.part.kind == "single-ball" else ball.radius_std * ball.truncation
     )

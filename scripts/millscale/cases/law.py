@@ -1,4 +1,4 @@
-"""The similarity law and the liner, taken from `_core`, applied to the models of a campaign."""
+"""The similarity law and the liner, taken from `_core`, applied to the mills of a campaign."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ import math
 from dataclasses import dataclass
 
 from millscale import _core
-from millscale.campaign.campaign import Campaign, Study
+from millscale.campaign.campaign import Campaign, CampaignPart
 from millscale.campaign.keys import POLICIES, SCHEMES
 from millscale.errors import CampaignError
 
 
 @dataclass(frozen=True)
-class Model:
-    """A scaled mill of a study, before times and charge.
+class PlannedMill:
+    """A scaled mill of a part, before times and charge.
 
     Attributes:
-        study: the study it belongs to.
-        index: position of its S in the study's list.
+        part: the campaign part it belongs to.
+        index: position of its S in the list of the part.
         scheme, policy, S, time_factor: request to the law; time_factor 0 but for scheme froude.
         scaled: _core.ScaledMill, the operating point and the factors.
         liner: _core.Profile of the scaled mill.
         length: length of the scaled mill along the axis [m].
         simulated_length: periodic length simulated, shorter if a slice is taken [m].
-        youngs_modulus: of balls and wall in this model [Pa].
+        youngs_modulus: of balls and wall in this mill [Pa].
     """
 
-    study: Study
+    part: CampaignPart
     index: int
     scheme: str
     policy: str
@@ -75,25 +75,27 @@ def scaled_liner(campaign: Campaign, policy: str, S: float) -> _core.Profile:
     return physical.scaled(S)
 
 
-def models_of(campaign: Campaign, study: Study) -> list[Model]:
+def planned_mills(campaign: Campaign, part: CampaignPart) -> list[PlannedMill]:
     """Return the scaled mills of a campaign part by policy, scheme and S.
 
     At S = 1 every policy is the physical mill itself: it is kept once per scheme, under `paper` (or
     the first policy asked for), and is the reference of all of them.
     """
-    policies = sorted(study.policies, key=POLICIES.index)
-    ordered = sorted((S, index) for index, S in enumerate(study.ratios))
-    models = []
+    policies = sorted(part.policies, key=POLICIES.index)
+    ordered = sorted((S, index) for index, S in enumerate(part.ratios))
+    mills = []
     for policy in policies:
-        for scheme in sorted(study.schemes, key=SCHEMES.index):
+        for scheme in sorted(part.schemes, key=SCHEMES.index):
             for S, index in ordered:
                 if S > 1.0 or policy == policies[0]:
-                    models.append(_model(campaign, study, scheme, policy, index))
-    return models
+                    mills.append(_planned(campaign, part, scheme, policy, index))
+    return mills
 
 
-def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: int) -> Model:
-    S = study.ratios[index]
+def _planned(
+    campaign: Campaign, part: CampaignPart, scheme: str, policy: str, index: int
+) -> PlannedMill:
+    S = part.ratios[index]
     time_factor = _time_factor(campaign, S) if scheme == "froude" else 0.0
     try:
         scaled = _core.scale(
@@ -111,12 +113,12 @@ def _model(campaign: Campaign, study: Study, scheme: str, policy: str, index: in
         key = f"scaling (scheme {scheme}, policy {policy}, S = {S:g})"
         raise CampaignError(campaign.file, key, str(cause)) from None
     length = campaign.mill.length / S
-    piece = study.charge.slice_length if study.charge else None
+    piece = part.charge.slice_length if part.charge else None
     _check_length(campaign, S, piece or length)
     matched = campaign.stiffness == "overlap-matched"
     stiffness_factor = _core.factor(scaled.base, 2, 0, -2) if matched else 1.0
-    return Model(
-        study=study,
+    return PlannedMill(
+        part=part,
         index=index,
         scheme=scheme,
         policy=policy,

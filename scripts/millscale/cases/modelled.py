@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from millscale.campaign.campaign import Campaign
-from millscale.cases.law import Model, physical_mill
+from millscale.cases.law import PlannedMill, physical_mill
 from millscale.cases.time_step import impact_speed
 from millscale.runs.case_file import Modelled, Statement
 
@@ -20,15 +20,15 @@ AIR_DENSITY = 1.2
 DRAG_COEFFICIENT = 0.47
 
 
-def statements(campaign: Campaign, model: Model, of_decks: Modelled) -> Modelled:
+def statements(campaign: Campaign, planned: PlannedMill, of_decks: Modelled) -> Modelled:
     """Return what a case models and what it leaves out.
 
     Args:
         of_decks: the statements about the terms that depend on the scene, from `deck_terms`.
     """
     return Modelled(
-        inside=(*_modelled(campaign, model), *of_decks.inside),
-        outside=(*_left_out(campaign, model), *of_decks.outside),
+        inside=(*_modelled(campaign, planned), *of_decks.inside),
+        outside=(*_left_out(campaign, planned), *of_decks.outside),
     )
 
 
@@ -36,7 +36,7 @@ def _say(what: str, reason: str) -> Statement:
     return Statement(what=what, reason=reason)
 
 
-def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
+def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
     said = [
         _say(
             "Hertz-Mindlin contacts with damping",
@@ -53,15 +53,15 @@ def _modelled(campaign: Campaign, model: Model) -> list[Statement]:
             "assumption: a campaign gives moduli of the balls alone",
         ),
     ]
-    if model.study.kind == "multi-ball":
+    if planned.part.kind == "multi-ball":
         said.append(_say("settling before rotation", "the bed at rest is the initial state"))
         said.append(_contacts(campaign))
-        if model.simulated_length == model.length:
+        if planned.simulated_length == planned.length:
             reason = "no slice asked for; the error of a shorter piece is not known beforehand"
             said.append(_say("the whole length of the mill", reason))
         if campaign.ball.radius_std > 0.0:
             said.append(_say("normal distribution of ball radii", "given by the campaign"))
-    if model.scaled.friction_ratio != 1.0:
+    if planned.scaled.friction_ratio != 1.0:
         said.append(
             _say(
                 "sliding friction between balls divided by S",
@@ -97,7 +97,7 @@ def _wall(campaign: Campaign) -> Statement:
     return _say("liner as exact arcs and lines", "no mesh to turn and search at every step")
 
 
-def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
+def _left_out(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
     said = [
         _say("ore, powder and slurry", "balls alone are simulated"),
         _say("air drag", _drag(campaign)),
@@ -105,25 +105,25 @@ def _left_out(campaign: Campaign, model: Model) -> list[Statement]:
         _say("end walls", "periodic along the axis"),
         _say("motion and bending of the mill", "rigid mill at a prescribed speed"),
     ]
-    if model.S > 1.0:
+    if planned.S > 1.0:
         said.append(
             _say(
                 "scaling of the ball radius",
-                f"the method keeps the balls, so a / R grows by S; policy {model.policy}: "
-                + POLICY_REASONS[model.policy],
+                f"the method keeps the balls, so a / R grows by S; policy {planned.policy}: "
+                + POLICY_REASONS[planned.policy],
             )
         )
-    if model.simulated_length < model.length:
-        said.append(_say("the rest of the mill's length", _slice(campaign, model)))
-    if model.study.kind == "single-ball":
+    if planned.simulated_length < planned.length:
+        said.append(_say("the rest of the mill's length", _slice(campaign, planned)))
+    if planned.part.kind == "single-ball":
         said.append(_say("other balls", "one ball alone, to test the law of detachment and flight"))
     elif campaign.ball.radius_std == 0.0:
         said.append(_say("spread of ball radii", "radius_std_m is 0"))
     return said
 
 
-def _slice(campaign: Campaign, model: Model) -> str:
-    diameters = model.simulated_length / (2.0 * campaign.ball.radius)
+def _slice(campaign: Campaign, planned: PlannedMill) -> str:
+    diameters = planned.simulated_length / (2.0 * campaign.ball.radius)
     return f"asked for: a periodic slice of {diameters:.3g} ball diameters stands for it"
 
 

@@ -1,4 +1,4 @@
-"""The parts of a case.json: every number a stage needs, in SI, from a model and its time step."""
+"""The parts of a case.json: every number a stage needs, from a planned mill and its time step."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 
 from millscale import _core
 from millscale.campaign import campaign as campaign_file
-from millscale.campaign.campaign import Campaign, Study
-from millscale.cases.law import Model, physical_liner
+from millscale.campaign.campaign import Campaign, CampaignPart
+from millscale.cases.law import PlannedMill, physical_liner
 from millscale.cases.time_step import Step
 from millscale.cases.wall_panels import chord_error, resting_height, shape_of
 from millscale.errors import CampaignError
@@ -55,14 +55,14 @@ def physical_part(campaign: Campaign) -> PhysicalMill:
     )
 
 
-def mill_part(model: Model) -> Mill:
+def mill_part(planned: PlannedMill) -> Mill:
     """Return the scaled mill, its operating point and the numbers that follow from it."""
-    mill, froude = model.scaled.mill, model.scaled.froude
+    mill, froude = planned.scaled.mill, planned.scaled.froude
     critical = _core.critical_speed(mill)
     return Mill(
-        radius_m=model.liner.radius,
-        length_m=model.length,
-        simulated_length_m=model.simulated_length,
+        radius_m=planned.liner.radius,
+        length_m=planned.length,
+        simulated_length_m=planned.simulated_length,
         gravity_m_s2=mill.gravity,
         omega_rad_s=mill.omega,
         froude=froude,
@@ -70,99 +70,101 @@ def mill_part(model: Model) -> Mill:
         percent_of_critical=100.0 * mill.omega / critical,
         detach_angle_deg=(math.degrees(_core.detach_angle(froude)) if froude <= 1.0 else None),
         regime=_core.regime(froude),
-        **liner_keys(model.liner),
-        phase_rad=model.liner.phase,
-        area_m2=model.liner.area,
-        profile=profile_rows(model.liner),
+        **liner_keys(planned.liner),
+        phase_rad=planned.liner.phase,
+        area_m2=planned.liner.area,
+        profile=profile_rows(planned.liner),
     )
 
 
-def factors_part(model: Model) -> Factors:
+def factors_part(planned: PlannedMill) -> Factors:
     """Return the factors scaled / physical of the law."""
-    base = model.scaled.base
+    base = planned.scaled.base
     return Factors(
         length=base.length,
         mass=base.mass,
         time=base.time,
         energy=_core.factor(base, 2, 1, -2),
-        friction=ratio if (ratio := model.scaled.friction_ratio) != 1.0 else None,
+        friction=ratio if (ratio := planned.scaled.friction_ratio) != 1.0 else None,
     )
 
 
-def groups_part(campaign: Campaign, model: Model) -> Groups:
+def groups_part(campaign: Campaign, planned: PlannedMill) -> Groups:
     """Return ratios to the ball size, which no policy keeps."""
-    diameter, liner = 2.0 * campaign.ball.radius, liner_keys(model.liner)
+    diameter, liner = 2.0 * campaign.ball.radius, liner_keys(planned.liner)
     return Groups(
-        ball_radius_over_mill_radius=0.5 * diameter / model.liner.radius,
+        ball_radius_over_mill_radius=0.5 * diameter / planned.liner.radius,
         lifter_height_over_ball_diameter=(
-            (model.liner.radius - liner["lifter_top_radius_m"]) / diameter
+            (planned.liner.radius - liner["lifter_top_radius_m"]) / diameter
             if liner["lifters"]
             else 0.0
         ),
         groove_width_over_ball_diameter=liner["groove_width_m"] / diameter,
-        length_over_ball_diameter=model.simulated_length / diameter,
+        length_over_ball_diameter=planned.simulated_length / diameter,
     )
 
 
-def ball_part(campaign: Campaign, model: Model) -> Balls:
+def ball_part(campaign: Campaign, planned: PlannedMill) -> Balls:
     """Return the balls; their mass is the mean of their distribution."""
-    single = model.study.kind == "single-ball"
+    single = planned.part.kind == "single-ball"
     ball = campaign.ball
     volume = 4.0 / 3.0 * math.pi * ball.radius**3 if single else mean_volume(ball)
-    start = start_position(model, ball.radius, chord_error(campaign, model)) if single else None
+    start = start_position(planned, ball.radius, chord_error(campaign, planned)) if single else None
     return Balls(
         radius_m=ball.radius,
         density_kg_m3=ball.density,
         mass_kg=ball.density * volume,
         radius_std_m=0.0 if single else ball.radius_std,
         truncation=ball.truncation,
-        count=ball_count(campaign, model),
+        count=ball_count(campaign, planned),
         start_m=start,
     )
 
 
-def start_position(model: Model, ball_radius: float, error: float) -> tuple[float, float, float]:
+def start_position(
+    planned: PlannedMill, ball_radius: float, error: float
+) -> tuple[float, float, float]:
     """Return the centre (x, y, z) [m] of a ball at rest under the axis, at half the length.
 
     It lies on whatever panel is at the bottom: of the groove, or with another phase of a lifter.
     """
-    z = resting_height(shape_of(model.liner), error, ball_radius * (1.0 + START_GAP))
-    return 0.0, 0.5 * model.simulated_length, z
+    z = resting_height(shape_of(planned.liner), error, ball_radius * (1.0 + START_GAP))
+    return 0.0, 0.5 * planned.simulated_length, z
 
 
-def ball_count(campaign: Campaign, model: Model) -> int:
+def ball_count(campaign: Campaign, planned: PlannedMill) -> int:
     """Return the balls in the simulated length."""
-    charge = model.study.charge
+    charge = planned.part.charge
     if charge is None:
         return 1
     if charge.counts is not None:
-        count = charge.counts[model.index] * model.simulated_length / model.length
+        count = charge.counts[planned.index] * planned.simulated_length / planned.length
     else:
         assert charge.filling is not None  # as the reader of campaign files has checked
-        volume = charge.filling * model.liner.area * model.simulated_length
+        volume = charge.filling * planned.liner.area * planned.simulated_length
         count = volume * (1.0 - charge.porosity) / mean_volume(campaign.ball)
-    room = Room(model.liner, model.simulated_length, chord_error(campaign, model))
+    room = Room(planned.liner, planned.simulated_length, chord_error(campaign, planned))
     places = capacity(room, campaign.ball)
     if not 0.5 <= count <= min(places, MOST_BALLS):
         raise CampaignError(
             campaign.file,
             "multi_ball.count" if charge.counts else "multi_ball.filling",
-            f"makes {count:.0f} balls at S = {model.S:g}",
+            f"makes {count:.0f} balls at S = {planned.S:g}",
             f"1 to {min(places, MOST_BALLS):,} balls, the most an initial packing holds",
         )
     return round(count)
 
 
-def material_part(campaign: Campaign, model: Model) -> Material:
-    """Return the elastic constants of this model and coefficients of the contact law."""
+def material_part(campaign: Campaign, planned: PlannedMill) -> Material:
+    """Return the elastic constants of this mill and coefficients of the contact law."""
     material = campaign.material
     return Material(
-        youngs_modulus_pa=model.youngs_modulus,
-        shear_modulus_pa=model.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)),
+        youngs_modulus_pa=planned.youngs_modulus,
+        shear_modulus_pa=planned.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)),
         poisson_ratio=material.poisson_ratio,
         restitution_pp=material.restitution_pp,
         restitution_pw=material.restitution_pw,
-        static_friction_pp=material.static_friction_pp * model.scaled.friction_ratio,
+        static_friction_pp=material.static_friction_pp * planned.scaled.friction_ratio,
         static_friction_pw=material.static_friction_pw,
         rolling_friction_pp=material.rolling_friction_pp,
         rolling_friction_pw=material.rolling_friction_pw,
@@ -170,27 +172,27 @@ def material_part(campaign: Campaign, model: Model) -> Material:
     )
 
 
-def time_part(campaign: Campaign, model: Model, step: Step) -> Times:
-    """Return the time step, its limits, and the times; mill angles are equal in every model.
+def time_part(campaign: Campaign, planned: PlannedMill, step: Step) -> Times:
+    """Return the time step, its limits, and the times; mill angles are equal in all mills.
 
     `steps` and `duration_s` are those of the run that turns the mill: rest and rotation of a single
     ball, rotation of a charge, whose settling is a run of its own.
     """
-    study, dt, limits = model.study, step.value, step.limits
-    single = study.kind == "single-ball"
-    wait_steps = round(study.wait * model.scaled.base.time / dt)
-    rotation_steps = max(1, round(study.rotation_angle / (model.scaled.mill.omega * dt)))
+    part, dt, limits = planned.part, step.value, step.limits
+    single = part.kind == "single-ball"
+    wait_steps = round(part.wait * planned.scaled.base.time / dt)
+    rotation_steps = max(1, round(part.rotation_angle / (planned.scaled.mill.omega * dt)))
     if not single:
-        # Whole intervals: the last dump is at the end, at the same mill angle in every model.
-        dump_steps = max(1, round(study.dump_angle / (model.scaled.mill.omega * dt)))
+        # Whole intervals: the last dump is at the end, at the same mill angle in every mill.
+        dump_steps = max(1, round(part.dump_angle / (planned.scaled.mill.omega * dt)))
         if rotation_steps >= dump_steps:
-            rotation_steps = round(study.rotation_angle / study.dump_angle) * dump_steps
+            rotation_steps = round(part.rotation_angle / part.dump_angle) * dump_steps
     steps = rotation_steps + (wait_steps if single else 0)
     if wait_steps + rotation_steps > MOST_STEPS:
         raise CampaignError(
             campaign.file,
-            study.kind.replace("-", "_"),
-            f"makes {wait_steps + rotation_steps:.3g} time steps at S = {model.S:g}",
+            part.kind.replace("-", "_"),
+            f"makes {wait_steps + rotation_steps:.3g} time steps at S = {planned.S:g}",
             f"<= {MOST_STEPS:g}",
         )
     return Times(
@@ -200,10 +202,10 @@ def time_part(campaign: Campaign, model: Model, step: Step) -> Times:
         settle_steps=0 if single else wait_steps,
         rotation_steps=rotation_steps,
         start_s=wait_steps * dt,
-        rotation_angle_rad=study.rotation_angle,
+        rotation_angle_rad=part.rotation_angle,
         duration_s=steps * dt,
         steps=steps,
-        sample_angle_rad=study.sample_angle,
+        sample_angle_rad=part.sample_angle,
         rayleigh_time_s=limits.rayleigh,
         rayleigh_fraction=dt / limits.rayleigh,
         damping_limit_s=limits.damping,
@@ -215,32 +217,34 @@ def time_part(campaign: Campaign, model: Model, step: Step) -> Times:
     )
 
 
-def output_part(study: Study, model: Model, time: Times) -> Output:
+def output_part(part: CampaignPart, planned: PlannedMill, time: Times) -> Output:
     """Return the steps between outputs, from mill angles; the progress uses `thermo_steps`.
 
     Lines of the engine's log are at steps of the series, so that the two can be compared.
     """
-    turn = model.scaled.mill.omega * time.step_s
-    sample_steps = max(1, round(study.sample_angle / turn))
+    turn = planned.scaled.mill.omega * time.step_s
+    sample_steps = max(1, round(part.sample_angle / turn))
     return Output(
         thermo_steps=sample_steps * max(1, time.steps // (THERMO_LINES * sample_steps)),
         sample_steps=sample_steps,
-        dump_angle_rad=study.dump_angle,
-        dump_steps=max(1, round(study.dump_angle / turn)),
-        restart_angle_rad=study.restart_angle,
-        restart_steps=max(1, round(study.restart_angle / turn)),
+        dump_angle_rad=part.dump_angle,
+        dump_steps=max(1, round(part.dump_angle / turn)),
+        restart_angle_rad=part.restart_angle,
+        restart_steps=max(1, round(part.restart_angle / turn)),
     )
 
 
 def charge_part(
-    campaign: Campaign, model: Model, given: campaign_file.Charge, ball: Balls, time: Times
+    campaign: Campaign, planned: PlannedMill, given: campaign_file.Charge, ball: Balls, time: Times
 ) -> Charge:
     """Return the charge of a multi-ball case.
 
     Args:
         given: the charge as the campaign file states it.
     """
-    solid = ball.count * mean_volume(campaign.ball) / (model.liner.area * model.simulated_length)
+    solid = (
+        ball.count * mean_volume(campaign.ball) / (planned.liner.area * planned.simulated_length)
+    )
     return Charge(
         filling=given.filling,
         porosity=given.porosity if given.filling is not None else None,
@@ -250,13 +254,13 @@ def charge_part(
     )
 
 
-def domain_part(campaign: Campaign, model: Model) -> Domain:
+def domain_part(campaign: Campaign, planned: PlannedMill) -> Domain:
     """Return the engine's box around the mill and its neighbour skin."""
     ball = campaign.ball
     largest = ball.radius + ball.radius_std * ball.truncation
-    single = model.study.kind == "single-ball"
+    single = planned.part.kind == "single-ball"
     skin = SINGLE_BALL_SKIN if single else SKIN[campaign.contacts.backend]
     return Domain(
-        half_box_m=model.liner.radius + BOX_MARGIN * largest,
+        half_box_m=planned.liner.radius + BOX_MARGIN * largest,
         skin_m=skin * ball.radius,
     )

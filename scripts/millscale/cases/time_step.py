@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from millscale import _core
 from millscale.campaign.campaign import Campaign
-from millscale.cases.law import Model
+from millscale.cases.law import PlannedMill
 from millscale.errors import CampaignError
 
 # Beyond this share of the Rayleigh time no DEM scheme is trusted; refused.
@@ -30,7 +30,7 @@ COORDINATION = {"single-ball": 1.0, "multi-ball": 4.0}
 
 @dataclass(frozen=True)
 class Limits:
-    """Time-step limits of one model.
+    """Time-step limits of one planned mill.
 
     Attributes:
         rayleigh: Rayleigh time [s].
@@ -60,12 +60,12 @@ class Limits:
 
 @dataclass(frozen=True)
 class Step:
-    """Time step of one model and how it came about.
+    """Time step of one mill and how it came about.
 
     Attributes:
         value: [s].
         choice: "given", or "advised" with the limit that binds.
-        limits: of this model.
+        limits: of this planned mill.
         warnings: what the step risks, in words.
     """
 
@@ -87,11 +87,11 @@ def impact_speed(mill: _core.OperatingPoint) -> float:
     return mill.omega * path * math.sqrt(1.0 + 8.0 * (1.0 - cosine**2))
 
 
-def limits_of(campaign: Campaign, model: Model) -> Limits:
-    """Return the time-step limits of a model, with its own stiffness, gravity and speed."""
-    ball, mill = campaign.ball, model.scaled.mill
-    material = _core.Material(model.youngs_modulus, campaign.material.poisson_ratio, ball.density)
-    single = model.study.kind == "single-ball"
+def limits_of(campaign: Campaign, planned: PlannedMill) -> Limits:
+    """Return the time-step limits of a planned mill, with its own stiffness, gravity and speed."""
+    ball, mill = campaign.ball, planned.scaled.mill
+    material = _core.Material(planned.youngs_modulus, campaign.material.poisson_ratio, ball.density)
+    single = planned.part.kind == "single-ball"
     depth = ball.radius if single else mill.radius
     overlap = ball.radius * _core.bed_overlap(material, mill.gravity, depth)
     restitution = campaign.material.restitution_pw if single else campaign.material.restitution_pp
@@ -106,7 +106,7 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
             smallest,
             restitution,
             overlap,
-            coordination=COORDINATION[model.study.kind],
+            coordination=COORDINATION[planned.part.kind],
             # A single ball is in contact with the wall only, whose damping is not bounded.
             bounded=not single and campaign.contacts.damping == "bounded",
         ),
@@ -115,45 +115,47 @@ def limits_of(campaign: Campaign, model: Model) -> Limits:
     )
 
 
-def steps_of(campaign: Campaign, models: list[Model]) -> list[Step]:
-    """Return time steps of the models of one study, in their order.
+def steps_of(campaign: Campaign, mills: list[PlannedMill]) -> list[Step]:
+    """Return time steps of the mills of one part, in their order.
 
-    With fixed stiffness every model takes the same step; with overlap-matched stiffness contact
+    With fixed stiffness every mill takes the same step; with overlap-matched stiffness contact
     times scale with 1 / velocity factor, and the step with them.
 
     Raises:
         CampaignError: a step beyond `RAYLEIGH_REFUSED` of the Rayleigh time.
     """
     matched = campaign.stiffness == "overlap-matched"
-    stretch = [1.0 / model.velocity_factor if matched else 1.0 for model in models]
-    limits = [limits_of(campaign, model) for model in models]
-    study = models[0].study
-    if study.step is not None:
-        physical, choice = study.step, "given"
+    stretch = [1.0 / planned.velocity_factor if matched else 1.0 for planned in mills]
+    limits = [limits_of(campaign, planned) for planned in mills]
+    part = mills[0].part
+    if part.step is not None:
+        physical, choice = part.step, "given"
     else:
         advice = [
             (step / factor, reason)
             for (step, reason), factor in zip(
-                (limit.advised(study.kind) for limit in limits), stretch, strict=True
+                (limit.advised(part.kind) for limit in limits), stretch, strict=True
             )
         ]
         physical, reason = min(advice)
         choice = f"advised: {reason}"
     return [
-        _step(campaign, model, physical * factor, choice, limit)
-        for model, factor, limit in zip(models, stretch, limits, strict=True)
+        _step(campaign, planned, physical * factor, choice, limit)
+        for planned, factor, limit in zip(mills, stretch, limits, strict=True)
     ]
 
 
-def _step(campaign: Campaign, model: Model, value: float, choice: str, limits: Limits) -> Step:
+def _step(
+    campaign: Campaign, planned: PlannedMill, value: float, choice: str, limits: Limits
+) -> Step:
     if value > RAYLEIGH_REFUSED * limits.rayleigh:
         raise CampaignError(
             campaign.file,
-            f"{model.study.kind.replace('-', '_')}.step_s",
+            f"{planned.part.kind.replace('-', '_')}.step_s",
             f"got {value:.3g} s = {value / limits.rayleigh:.0%} of the Rayleigh time "
-            f"{limits.rayleigh:.3g} s at S = {model.S:g}",
+            f"{limits.rayleigh:.3g} s at S = {planned.S:g}",
             f'<= {RAYLEIGH_REFUSED * limits.rayleigh:.3g} or "advised" '
-            f"({limits.advised(model.study.kind)[0]:g} s)",
+            f"({limits.advised(planned.part.kind)[0]:g} s)",
         )
     warnings = []
     if value > limits.damping:
@@ -162,7 +164,7 @@ def _step(campaign: Campaign, model: Model, value: float, choice: str, limits: L
             f"{limits.damping:.3g} s: expect spin noise and a wrong dissipation"
         )
     per_contact = limits.collision / value
-    if per_contact < FEW_STEPS * STEPS_PER_CONTACT[model.study.kind]:
+    if per_contact < FEW_STEPS * STEPS_PER_CONTACT[planned.part.kind]:
         warnings.append(
             f"only {per_contact:.1f} steps per collision at {limits.impact_speed:.3g} m/s"
         )

@@ -10,7 +10,7 @@ import numpy as np
 
 from millscale import _core
 from millscale.campaign.campaign import Campaign
-from millscale.cases.law import Model
+from millscale.cases.law import PlannedMill
 from millscale.errors import CampaignError
 from millscale.mesh import LinerMesh, default_chord_error
 from millscale.mesh.curvature import between_deg
@@ -21,7 +21,7 @@ from millscale.runs.case_file import Wall
 MOST_TRIANGLES = 2_000_000
 
 
-def wall_part(campaign: Campaign, model: Model) -> Wall:
+def wall_part(campaign: Campaign, planned: PlannedMill) -> Wall:
     """Return the part `wall` of a case.json.
 
     Of an analytic wall the triangles are for looking only: the engine sees none, so none is too
@@ -30,11 +30,11 @@ def wall_part(campaign: Campaign, model: Model) -> Wall:
     Raises:
         CampaignError: too many panels, or panels that are too slender for the engine.
     """
-    wall, shape = campaign.wall, shape_of(model.liner)
-    error, length = chord_error(campaign, model), model.simulated_length
+    wall, shape = campaign.wall, shape_of(planned.liner)
+    error, length = chord_error(campaign, planned), planned.simulated_length
     panels = _panels(shape, error)
     if wall.kind == "mesh":
-        divisions = _divisions(campaign, model, *panels)
+        divisions = _divisions(campaign, planned, *panels)
         limits = panel_range_deg(*panels, length / divisions)
         curvature = between_deg(*limits)
     else:
@@ -44,7 +44,7 @@ def wall_part(campaign: Campaign, model: Model) -> Wall:
         raise CampaignError(
             campaign.file,
             "wall.chord_error_m" if divisions == 1 else "wall.axial_divisions",
-            f"makes {triangles:,} triangles at S = {model.S:g}",
+            f"makes {triangles:,} triangles at S = {planned.S:g}",
             f"<= {MOST_TRIANGLES:,}: a larger chord_error_m or fewer axial_divisions",
         )
     return Wall(
@@ -56,10 +56,12 @@ def wall_part(campaign: Campaign, model: Model) -> Wall:
     )
 
 
-def _divisions(campaign: Campaign, model: Model, profile: np.ndarray, kinds: np.ndarray) -> int:
+def _divisions(
+    campaign: Campaign, planned: PlannedMill, profile: np.ndarray, kinds: np.ndarray
+) -> int:
     """Return the panels along the axis of a mesh that the engine reads: as given, or the fewest it
     takes."""
-    length, given = model.simulated_length, campaign.wall.axial_divisions
+    length, given = planned.simulated_length, campaign.wall.axial_divisions
     if given is not None and fits(*panel_range_deg(profile, kinds, length / given)):
         return given
     fewest = fewest_divisions(profile, kinds, length)
@@ -73,7 +75,7 @@ def _divisions(campaign: Campaign, model: Model, profile: np.ndarray, kinds: np.
     raise CampaignError(
         campaign.file,
         key,
-        f"{f'got {given}' if given else 'no axial_divisions fit'}, S = {model.S:g}: the folds "
+        f"{f'got {given}' if given else 'no axial_divisions fit'}, S = {planned.S:g}: the folds "
         f"between chords of a groove, {lower:.3g} degrees, do not lie below those at lifter edges "
         f"and the angles of triangles, {upper:.3g}",
         f'{works}; or wall.kind = "analytic"',
@@ -110,12 +112,12 @@ def _panels(shape: Shape, error: float) -> tuple[np.ndarray, np.ndarray]:
     return _core.Profile(list(shape.nodes), shape.sectors, shape.phase).polygon(error)
 
 
-def chord_error(campaign: Campaign, model: Model) -> float:
+def chord_error(campaign: Campaign, planned: PlannedMill) -> float:
     """Return the largest gap between arcs and panels [m]; it shrinks with the mill, so meshes are
     similar."""
     if campaign.wall.chord_error is None:
-        return default_chord_error(campaign.ball.radius, model.S)
-    return campaign.wall.chord_error / model.S
+        return default_chord_error(campaign.ball.radius, planned.S)
+    return campaign.wall.chord_error / planned.S
 
 
 def panels_of(liner: _core.Profile, length: float, error: float, axial_divisions: int) -> LinerMesh:
