@@ -75,7 +75,7 @@ Point row(const Points& p, std::size_t i)
   return {p(i, 0), p(i, 1)};
 }
 
-/// `nearest` of many points: the same attributes, as arrays.
+/// The attributes of Nearest for many points, as arrays.
 struct NearestPoints {
   Column<double> distance;
   Column<std::int64_t> face, sector;
@@ -94,7 +94,7 @@ NearestPoints nearest_points(const Profile& liner, const Points& query)
           points(n, [&](std::size_t i) { return found[i].normal; })};
 }
 
-/// `contacts` of balls at many points: a row for each contact.
+/// The contacts of balls at many points, one row a contact.
 struct ContactRows {
   Column<std::int64_t> ball, surface, face, sector;
   Column<double> overlap;
@@ -125,7 +125,7 @@ ContactRows contact_rows(const Profile& liner, const Points& centres, double bal
 
 using NodeRow = std::tuple<double, double, double, int, int>;
 
-/// Rows (radial, tangential, arc_radius, face, ahead).
+/// Rows (radial, tangential, arc_radius, face, ahead) of the nodes.
 std::vector<NodeRow> node_rows(const Profile& liner)
 {
   std::vector<NodeRow> rows;
@@ -167,7 +167,7 @@ void bind_nearest(nb::module_& m)
   const auto vector = [](Point p) {
     return column<double>(2, [p](std::size_t i) { return i == 0 ? p.x : p.z; });
   };
-  nb::class_<Nearest>(m, "Nearest", "Where the liner is nearest to a point.")
+  nb::class_<Nearest>(m, "Nearest", "The point of the liner that is nearest to a given point.")
       .def_ro("distance", &Nearest::distance, "[m], > 0 inside the cavity, < 0 inside the wall.")
       .def_prop_ro(
           "face", [](const Nearest& n) { return static_cast<int>(n.face); },
@@ -180,7 +180,8 @@ void bind_nearest(nb::module_& m)
           "normal", [vector](const Nearest& n) { return vector(n.normal); }, nb::rv_policy::move,
           "(2,) float, unit vector into the cavity.");
 
-  nb::class_<NearestPoints>(m, "NearestPoints", "Where the liner is nearest to each of n points.")
+  nb::class_<NearestPoints>(m, "NearestPoints",
+                            "The points of the liner that are nearest to n given points.")
       .def_ro("distance", &NearestPoints::distance, nb::rv_policy::automatic,
               "(n,) float [m], > 0 inside the cavity.")
       .def_ro("face", &NearestPoints::face, nb::rv_policy::automatic, "(n,) int.")
@@ -193,7 +194,7 @@ void bind_nearest(nb::module_& m)
 
 void bind_contacts(nb::module_& m)
 {
-  nb::class_<ContactRows>(m, "Contacts", "Contacts of balls with the liner, a row for each.")
+  nb::class_<ContactRows>(m, "Contacts", "Contacts of balls with the liner, one row a contact.")
       .def_ro("ball", &ContactRows::ball, nb::rv_policy::automatic, "(m,) int, row of the centre.")
       .def_ro("surface", &ContactRows::surface, nb::rv_policy::automatic,
               "(m,) int, index of the surface.")
@@ -217,76 +218,77 @@ void bind_profile(nb::module_& m)
             new (self) Profile(nodes_of(nodes), sectors, phase);
           },
           "nodes"_a, "sectors"_a, "phase"_a = 0.0,
-          "Nodes (radial, tangential, arc_radius, face, ahead) in the frame of the sector's centre "
-          "line, in the direction of rotation. Each begins a piece that ends at the next node: a "
-          "line (arc_radius 0), or an arc with its centre in the cavity (> 0) or in the wall (< 0) "
-          "[m]. face: 0 groove, 1 leading, 2 top, 3 trailing; ahead: 1 for a piece of the next "
-          "sector's lifter.")
+          "Nodes (radial, tangential, arc_radius, face, ahead) in the frame of the sector's "
+          "centre line, in the direction of rotation. Each begins a piece that ends at the next "
+          "node: a line (arc_radius 0), or an arc with its centre in the cavity (> 0) or in the "
+          "wall (< 0) [m]. face: 0 groove, 1 leading, 2 top, 3 trailing; ahead: 1 for a piece of "
+          "the next sector's lifter.")
       .def_prop_ro("nodes", &node_rows, "Nodes as the constructor takes them.")
       .def_prop_ro("text", &profile_text,
-                   "The profile as the file that `profile` of fix mill/similarity reads.")
+                   "The profile as text of the file that `profile` of fix mill/similarity reads.")
       .def_prop_ro("radius", &Profile::radius, "R, largest distance from the axis [m].")
       .def_prop_ro("clear_radius", &Profile::clear_radius, "Smallest distance from the axis [m].")
       .def_prop_ro("sectors", &Profile::sectors, "Number of equal sectors; 1 for a plain drum.")
       .def_prop_ro("phase", &Profile::phase,
                    "Polar angle of the centre line of sector 0 at rest [rad].")
       .def_prop_ro("pitch", &Profile::pitch, "Angle from sector to sector [rad].")
-      .def_prop_ro("area", &area, "Of the cavity, exact [m^2].")
+      .def_prop_ro("area", &area, "Area of the cavity, exact [m^2].")
       .def_prop_ro("narrowest_width", &narrowest_width,
-                   "Width of a groove where it is narrowest, at its foot or at its mouth [m].")
+                   "Narrowest width of a groove, at its foot or at its mouth [m].")
       .def(
           "scaled", [](const Profile& l, double S) { return scaled(l, S); }, "S"_a,
-          "Every length over S; angles and phase stay.")
+          "Return the profile with every length divided by S; angles and phase stay.")
       .def(
           "offset", [](const Profile& l, double distance) { return offset(l, distance); },
           "distance"_a,
-          "Every piece moved into the cavity by distance [m] (negative: into the wall).")
+          "Return the profile with every piece moved into the cavity by distance [m] (negative: "
+          "into the wall).")
       .def(
           "offset_scaled",
           [](const Profile& l, double S, double ball_radius) {
             return offset_scaled(l, S, ball_radius);
           },
           "S"_a, "ball_radius"_a,
-          "Liner of policy offset-liner: the path of the ball's centre scales by S [ball_radius "
-          "m].")
+          "Return the liner of policy offset-liner: the path of the ball's centre scales by S "
+          "[ball_radius m].")
       .def("polygon", &polygon_arrays, "chord_error"_a,
-           "Closed polygon: nodes (n, 2) float [x, z] in m, in the direction of rotation, and "
-           "faces (n,) int of the edges i -> i + 1: 0 groove, 1 leading face, 2 top, 3 trailing "
-           "face. "
-           "chord_error bounds the sagitta of the chords of arcs [m].")
+           "Return the closed polygon: nodes (n, 2) float [x, z] in m, in the direction of "
+           "rotation, and faces (n,) int of the edges i -> i + 1: 0 groove, 1 leading face, 2 "
+           "top, 3 trailing face. chord_error bounds the sagitta of the chords of arcs [m].")
       .def(
           "inside",
           [](const Profile& l, double x, double z) {
             return inside(l, {x, z});
           },
-          "x"_a, "z"_a, "Whether a point [m] lies in the cavity or on the liner.")
+          "x"_a, "z"_a, "Return whether a point [m] lies in the cavity or on the liner.")
       .def(
           "inside",
           [](const Profile& l, const Points& p) {
             return column<bool>(p.shape(0), [&](std::size_t i) { return inside(l, row(p, i)); });
           },
-          "points"_a, "The same for (n, 2) points; (n,) bool.")
+          "points"_a,
+          "Return whether each of (n, 2) points [m] lies in the cavity or on the liner; (n,) bool.")
       .def(
           "nearest",
           [](const Profile& l, double x, double z) {
             return nearest(l, {x, z});
           },
-          "x"_a, "z"_a, "Nearest point of the liner to a point [m], as Nearest.")
-      .def("nearest", &nearest_points, "points"_a, "The same for (n, 2) points, as NearestPoints.")
-      .def(
-          "contacts", &contact_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
-          "Contacts of balls of a radius [m] at centres (n, 2) of the cavity [m], as fix wall/mill "
-          "finds them: one with each surface. Arcs are exact, or with a chord_error [m] the chords "
-          "of `polygon`, of which the nearest counts.")
+          "x"_a, "z"_a, "Return the point of the liner nearest to a given point [m], as Nearest.")
+      .def("nearest", &nearest_points, "points"_a,
+           "Return the points of the liner nearest to (n, 2) given points [m], as NearestPoints.")
+      .def("contacts", &contact_rows, "centres"_a, "ball_radius"_a, "chord_error"_a = nb::none(),
+           "Return the contacts of balls with centres (n, 2) in the cavity [m], as fix wall/mill "
+           "finds them: at most one with each surface. Arcs are exact, or with a chord_error [m] "
+           "the chords of `polygon`. The chords of an arc are one surface.")
       .def(
           "groove_box",
           [](const Profile& l) {
             const std::array<Point, 4> box = groove_box(l);
             return points(box.size(), [&](std::size_t i) { return box[i]; });
           },
-          "Corners (4, 2) [m] of the box that holds groove 0 at rest, between the planes of the "
-          "facing lifter faces, from the tangent to the liner to the lifter tops; without lifters "
-          "the whole sector.");
+          "Return the corners (4, 2) [m] of the box that holds groove 0 at rest. It lies between "
+          "the planes of the facing lifter faces, from the tangent to the liner to the lifter "
+          "tops. Without lifters the box holds the whole sector.");
 }
 
 void bind_lifters(nb::module_& m)
@@ -302,9 +304,9 @@ void bind_lifters(nb::module_& m)
           },
           "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "groove_width"_a, "lifters"_a,
           "phase"_a = 0.0,
-          "Trapezoid reading: faces are lines from the feet, D2 apart, to the top corners, D1 "
-          "apart. "
-          "Plain drum: lifters = 0 and all widths but the radius 0. Lengths in m, phase in rad.")
+          "Trapezoid reading: faces are lines from the feet to the top corners, D1 apart. Feet of "
+          "a groove are D2 apart. Plain drum: lifters = 0 and all widths but the radius 0. "
+          "Lengths in m, phase in rad.")
       .def_static(
           "from_face_angle",
           [](double R, double r, double D1, double face_angle, int n, double phase) {
@@ -312,7 +314,8 @@ void bind_lifters(nb::module_& m)
           },
           "radius"_a, "lifter_top_radius"_a, "lifter_top_width"_a, "face_angle"_a, "lifters"_a,
           "phase"_a = 0.0,
-          "The groove width follows from the face angle [rad]; 0 is the parallel reading.")
+          "Return the liner whose groove width follows from the face angle [rad]; 0 is the "
+          "parallel reading.")
       .def_prop_ro("lifter_top_radius", &Lifters::lifter_top_radius,
                    "r, from the axis to the middle of a lifter's flat top [m].")
       .def_prop_ro("lifter_top_width", &Lifters::lifter_top_width, "D1 [m].")
@@ -320,22 +323,23 @@ void bind_lifters(nb::module_& m)
                    "D2, chord of a groove between the feet of its lifters [m].")
       .def_prop_ro("lifters", &Lifters::lifters, "Number of lifters; 0 is a plain drum.")
       .def_prop_ro("face_angle", &Lifters::face_angle,
-                   "Between a lifter's face and its centre line [rad].")
+                   "Angle between a lifter's face and the lifter's centre line [rad].")
       .def(
           "scaled", [](const Lifters& l, double S) { return scaled(l, S); }, "S"_a,
-          "Every length over S; phase and angles stay.")
+          "Return the liner with every length divided by S; phase and angles stay.")
       .def(
           "offset", [](const Lifters& l, double distance) { return offset(l, distance); },
           "distance"_a,
-          "Every arc, face and top moved towards the axis by distance [m] (negative: away).")
+          "Return the liner with every arc, face and top moved towards the axis by distance [m] "
+          "(negative: away).")
       .def(
           "offset_scaled",
           [](const Lifters& l, double S, double ball_radius) {
             return offset_scaled(l, S, ball_radius);
           },
           "S"_a, "ball_radius"_a,
-          "Liner of policy offset-liner: the path of the ball's centre scales by S [ball_radius "
-          "m].")
+          "Return the liner of policy offset-liner: the path of the ball's centre scales by S "
+          "[ball_radius m].")
       .def("__repr__", &describe);
 }
 

@@ -135,7 +135,7 @@ def test_errors_are_value_errors_that_name_the_value(call, text):
 
 
 def described(name, thing):
-    """Whether a docstring says more than the signature, which nanobind puts first."""
+    """Return whether a docstring says more than the signature, which nanobind puts first."""
     text = (thing.__doc__ or "").splitlines()
     return any(line and not line.startswith(f"{name}(") for line in text)
 

@@ -6,9 +6,9 @@
 
 namespace millscale::liner {
 
-/// Area of the cavity [m^2], exact: per piece the triangle from the axis to its chord, and of an
-/// arc the circular segment R^2 (h - sin h cos h) beyond the chord, h being half its angle (less it
-/// where the arc bulges into the cavity).
+/// Area of the cavity [m^2], exact. Each piece adds the triangle from the axis to its chord. An arc
+/// also adds the circular segment R^2 (h - sin h cos h) beyond the chord, h being half the arc's
+/// angle. The segment is subtracted if the arc bulges into the cavity.
 inline double area(const Profile& profile)
 {
   double sector = 0.0;

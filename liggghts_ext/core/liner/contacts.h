@@ -12,10 +12,10 @@
 
 namespace millscale::liner {
 
-/// The profile that a wall with the given chord error [m] has: chords in place of arcs. The wall
-/// counts the chords of an arc as one surface. That holds while the contacts with two neighbouring
-/// chords lie within one Hertz patch, so for small folds; as in the engine's meshes (`curvature`) a
-/// fold of 60 degrees is refused. Throws std::invalid_argument.
+/// The profile of a wall with the given chord error [m], with chords in place of arcs. The chords
+/// of one arc count as one surface. This holds while the contacts with two neighbouring chords lie
+/// within one Hertz patch, so for small folds. A fold of 60 degrees is refused, as in the engine's
+/// meshes (`curvature`). Throws std::invalid_argument.
 inline Profile wall_profile(const Profile& profile, double chord_error)
 {
   Profile chorded = with_chords(profile, chord_error);
@@ -35,34 +35,36 @@ inline Profile wall_profile(const Profile& profile, double chord_error)
 /// One contact of a ball with the liner.
 struct Contact {
   double overlap;  ///< > 0 [m]
-  int surface;     ///< index of the surface, as of Profile::surface
-  Face face;       ///< of an edge: of the piece behind it in the direction of rotation
+  int surface;     ///< index of the surface, as in Profile::surface
+  Face face;       ///< at an edge, of the piece behind the edge in the direction of rotation
   int sector;      ///< of the groove, or of the lifter for its faces and top
   Point normal;    ///< from the liner to the ball's centre, unit vector
 };
 
-/// The contacts of a ball, each with another surface; of more than `most` the deepest.
+/// The contacts of a ball, each with another surface. If there are more than `most`, the deepest
+/// are kept.
 struct Contacts {
   static constexpr int most = 3;
   int count = 0;
   std::array<Contact, most> contact;
 };
 
-/// What the last search for a ball's contacts leaves for the next, so that most searches are short.
+/// Result of a ball's last search, which shortens most of the next searches.
 struct LastSearch {
-  int sector = -1;     ///< that the centre was in; -1: not known
+  int sector = -1;     ///< sector that the centre was in; -1: not known
   double clear = 0.0;  ///< distance the centre can move, in the mill's frame, without a contact
                        ///< [m]; 0 if the ball is in contact
 };
 
-/// Finds the contacts of many balls with one liner: what does not depend on the ball is worked out
-/// once.
+/// Find the contacts of many balls with one liner. Quantities that do not depend on the ball are
+/// computed once.
 ///
-/// A contact is a local minimum of the distance to the liner that is less than the ball's radius: a
-/// point of a piece that the centre projects onto, or a convex edge. Each surface has one contact,
-/// the nearest. So a concave corner gives two contacts, a convex edge one, and over a smooth joint,
-/// or from chord to chord of an arc, a contact goes on: two contacts there would double the force.
-/// Balls must fit into the liner: they reach no farther than the sectors beside their own.
+/// A contact is a local minimum of the distance to the liner that is less than the ball's radius.
+/// The minimum is a point of a piece that the centre projects onto, or a convex edge. Only the
+/// nearest minimum of each surface is a contact. So a concave corner gives two contacts and a
+/// convex edge gives one. Over a smooth joint, or from chord to chord of an arc, a contact
+/// continues: two contacts there would double the force. Balls must fit into the liner: a ball
+/// reaches no farther than the two sectors beside its own.
 class ContactFinder {
  public:
   /// The search is fastest for balls of up to `usual_radius` [m].
@@ -81,18 +83,18 @@ class ContactFinder {
   }
 
   const Profile& profile() const { return profile_; }
-  /// Distance from the axis that no part of the liner falls below [m].
+  /// Smallest distance of the liner from the axis [m].
   double clear_radius() const { return profile_.clear_radius(); }
 
-  /// Contacts of a ball of a radius [m] at a point of the cavity. `p` is in the frame of the mill
-  /// at rest.
+  /// Contacts of a ball with the given radius [m] and centre `p` in the cavity. `p` is in the frame
+  /// of the mill at rest.
   Contacts contacts(Point p, double ball_radius) const
   {
     LastSearch last;
     return contacts(p, ball_radius, last);
   }
 
-  /// The same, beginning with what the ball's last search left in `last`.
+  /// The same contacts, found faster with the result of the ball's last search, which is updated.
   Contacts contacts(Point p, double ball_radius, LastSearch& last) const
   {
     const double distance = std::sqrt(p.x * p.x + p.z * p.z);
@@ -107,7 +109,7 @@ class ContactFinder {
     Minima minima;
     const std::size_t cell = cells_.size() == 1 ? 0 : cell_of(at);
     search(usual ? cells_[cell] : all_, at, ball_radius, minima);
-    // The centre is in the wall, or the nearest pieces are out of the usual reach.
+    // The centre is in the wall, or the nearest pieces are farther away than `reach_`.
     if (minima.nearest.distance < 0.0) search_from_wall(at, ball_radius, minima);
     if (minima.count > 0) {
       last.clear = 0.0;
@@ -122,13 +124,13 @@ class ContactFinder {
  private:
   /// A piece as the search needs it, in the frame of a sector's centre line.
   struct Candidate {
-    Local begin, tangent;  ///< of the piece, there
+    Local begin, tangent;  ///< of the piece, at its beginning
     double length;         ///< of a line [m]
-    double arc_radius;     ///< as of Node [m]
+    double arc_radius;     ///< as in Node [m]
     Local centre, middle;  ///< of an arc
     double cos_half_angle;
-    Local before;        ///< unit tangent of the piece before, where it ends
-    bool begins_convex;  ///< at a convex edge
+    Local before;        ///< unit tangent at the end of the piece before
+    bool begins_convex;  ///< the piece begins at a convex edge
     int surface;         ///< index of its surface, if the frame is that of sector 0
     int number;          ///< of its surface in the sector
     int surface_ahead;   ///< sector of its surface less the frame's
@@ -142,7 +144,8 @@ class ContactFinder {
     const Candidate* candidate;
     bool at_edge;
   };
-  /// The nearest minimum by its absolute value, and those of each surface nearer than the radius.
+  /// The minimum with the least absolute distance, and the minima of each surface within the
+  /// radius.
   struct Minima {
     Minimum nearest{INFINITY, nullptr, false};
     int count = 0;
@@ -185,9 +188,9 @@ class ContactFinder {
             piece.face};
   }
 
-  /// Lists for each cell of a sector the pieces that may come nearer than the usual reach to a
-  /// point in it. Cells are equal intervals of the tangent of the angle from the sector's centre
-  /// line. Of few pieces one list is faster than a look-up.
+  /// List for each cell of a sector the pieces that can be within `reach_` of a point in the cell.
+  /// Cells are equal intervals of the tangent of the angle from the sector's centre line. For few
+  /// pieces one list is faster than a look-up.
   void make_cells()
   {
     constexpr std::size_t few = 8;
@@ -213,9 +216,9 @@ class ContactFinder {
     return std::min(static_cast<std::size_t>(std::max(place, 0.0)), cells_.size() - 1);
   }
 
-  /// Whether a piece may come nearer than the usual reach to a point between two angles from the
-  /// centre line [rad]. By points of the piece; between two of them it is nearer by half their
-  /// distance at most.
+  /// Return whether a piece can be within `reach_` of a point between two angles from the centre
+  /// line [rad]. The check uses sample points of the piece. Between two samples the piece is nearer
+  /// by at most half their distance.
   bool may_be_in_reach(const Piece& piece, double low, double high) const
   {
     constexpr int parts = 64;
@@ -236,9 +239,9 @@ class ContactFinder {
     return false;
   }
 
-  /// Adds the local minima on the pieces and on the convex edges where they begin. The ends of
-  /// pieces reach a little too far, so that no point falls between two; of two that claim it the
-  /// nearer counts, as they are of one surface.
+  /// Add the local minima on the pieces and on the convex edges where pieces begin. The ends of
+  /// pieces reach a little too far, so that no point falls between two pieces. If two pieces claim
+  /// a point, the nearer counts; both are of one surface.
   void search(const std::vector<Candidate>& candidates, Local at, double ball_radius,
               Minima& minima) const
   {
@@ -298,8 +301,7 @@ class ContactFinder {
     }
   }
 
-  /// Sector that is so many, at most two, ahead of another. Without a division, which takes as long
-  /// as a search.
+  /// Sector at most two ahead of another. Avoids a division, which takes as long as a search.
   int beside(int sector, int ahead) const
   {
     const int n = profile_.sectors();
@@ -317,8 +319,8 @@ class ContactFinder {
     return sector >= 2 * n ? sector - 2 * n : sector >= n ? sector - n : sector;
   }
 
-  /// Sets the sector that holds a point, and returns the point in its frame. The last one is tried
-  /// first: an arc tangent costs as much as all the rest.
+  /// Set the sector that holds a point, and return the point in the sector's frame. The last sector
+  /// is tried first, because an arc tangent costs as much as the rest of the search.
   Local settle(Point p, int& sector) const
   {
     const int n = profile_.sectors();
@@ -332,7 +334,7 @@ class ContactFinder {
     sector = sector_of(p);
     at = frames_[sector].local(p);
     if (in_sector(at)) return at;
-    // On the border of two sectors both give the same.
+    // On the border of two sectors both sectors give the same contacts.
     sector = detail::wrapped(at.tangential > 0.0 ? sector + 1 : sector - 1, n);
     return frames_[sector].local(p);
   }
@@ -348,7 +350,7 @@ class ContactFinder {
   std::vector<Frame> frames_;                        ///< of the sectors' centre lines
   double half_width_ = 0.0, cells_per_width_ = 0.0;  ///< of a sector, as tangents
   std::vector<Candidate> all_;
-  std::vector<std::vector<Candidate>> cells_;  ///< those in reach of each cell
+  std::vector<std::vector<Candidate>> cells_;  ///< pieces in reach of each cell
 };
 
 }  // namespace millscale::liner

@@ -4,7 +4,7 @@
 
 namespace millscale::liner {
 
-/// Flat walls across the mill at two places on its axis [m].
+/// Flat walls across the mill at two positions on its axis [m].
 struct EndWalls {
   double low, high;
 
@@ -17,8 +17,8 @@ struct EndWalls {
       reject("ends", "the upper end must be > the lower end " + format(low) + " m", high);
   }
 
-  /// Overlap of a ball [m] at a place on the axis with the lower and the upper end, <= 0 without
-  /// contact. An end is a half space, so a ball that has gone too far is pushed back.
+  /// Overlap of a ball [m] at a position on the axis with the lower and the upper end, <= 0 without
+  /// contact. An end is a half space, so a ball beyond the end is forced back.
   double lower_overlap(double place, double ball_radius) const
   {
     return ball_radius - (place - low);

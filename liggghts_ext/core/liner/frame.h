@@ -47,7 +47,8 @@ inline double dot(Local a, Local b)
 {
   return a.radial * b.radial + a.tangential * b.tangential;
 }
-/// > 0 where b points to the left of a; the cavity is on the left of a liner's pieces.
+/// Cross product, > 0 where b points to the left of a. The cavity is on the left of a liner's
+/// pieces.
 inline double cross(Local a, Local b)
 {
   return a.radial * b.tangential - a.tangential * b.radial;
@@ -68,8 +69,8 @@ inline Local turned(Local a, double angle)
   return {a.radial * c - a.tangential * s, a.radial * s + a.tangential * c};
 }
 
-/// The radius at polar angle psi, measured from the bottom (-z) in the direction of rotation:
-/// a point at distance d on it is x = -d sin(psi), z = -d cos(psi).
+/// Unit vector along the radius at polar angle psi, measured from the bottom (-z) in the direction
+/// of rotation. A point at distance d on this radius is x = -d sin(psi), z = -d cos(psi).
 class Frame {
  public:
   explicit Frame(double psi) : sin_(std::sin(psi)), cos_(std::cos(psi)) {}

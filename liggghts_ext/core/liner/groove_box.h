@@ -31,7 +31,7 @@ inline std::optional<FacingFaces> facing_faces(const Profile& profile)
   return FacingFaces{*leading, *trailing};
 }
 
-/// Where the line through a face is at a distance along the sector's centre line [m].
+/// Tangential position of the line through a face at a distance along the sector's centre line [m].
 inline double beside(const Piece& face, Local corner, double radial)
 {
   return corner.tangential +
@@ -40,14 +40,14 @@ inline double beside(const Piece& face, Local corner, double radial)
 
 }  // namespace detail
 
-/// Width of the liner where it is narrowest [m]: between the corners of a groove's foot, between
-/// the edges of its mouth, across an arc whose centre is in the cavity. No ball touches two sectors
-/// beside its own if its diameter is less.
+/// Narrowest width of the liner [m]. Measured between the corners of a groove's foot, the edges of
+/// its mouth, or across an arc with its centre in the cavity. A ball with a smaller diameter cannot
+/// touch both sectors beside its own.
 inline double narrowest_width(const Profile& profile)
 {
   const std::vector<Piece>& pieces = profile.pieces();
   double width = 2.0 * profile.clear_radius();
-  Local edge{}, corner{};  // the last convex and the last concave one
+  Local edge{}, corner{};  // the last convex edge and the last concave corner
   bool after_edge = false, after_corner = false, in_groove = false;
   for (std::size_t i = 0; i < 2 * pieces.size(); ++i) {  // twice, to see each pair of corners
     const std::size_t of_sector = i % pieces.size();
@@ -69,11 +69,11 @@ inline double narrowest_width(const Profile& profile)
 }
 
 /// Corners of the box that holds groove 0 at rest [m], in order of increasing polar angle along the
-/// liner, then back along its inner side: between the planes of the facing lifter faces, from the
-/// tangent to the liner's radius at the sector's centre line (so that no ball in the groove is
-/// missed) to the line through the face's edge that is nearer to the axis. Without lifters the
-/// sides are the sector's borders, and the inner line is at the clear radius. Throws
-/// std::invalid_argument for a plain drum.
+/// liner, then back along its inner side. The sides are the planes of the facing lifter faces. The
+/// outer line is the tangent to the liner's radius at the sector's centre line, so that no ball in
+/// the groove is missed. The inner line goes through the face's edge that is nearer to the axis.
+/// Without lifters the sides are the sector's borders, and the inner line is at the clear radius.
+/// Throws std::invalid_argument for a plain drum.
 inline std::array<Point, 4> groove_box(const Profile& profile)
 {
   if (profile.sectors() == 1)

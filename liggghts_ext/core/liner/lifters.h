@@ -11,7 +11,7 @@
 namespace millscale::liner {
 
 /// Cross-section by its widths, the trapezoid reading of D1 and D2 (Powder Technology 335 (2018)
-/// 91-102, Fig. 5): the face is the line from the foot, at the liner, to the corner of the top.
+/// 91-102, Fig. 5). The face is the line from the foot, at the liner, to the corner of the top.
 struct Widths {
   double radius = 0.0;             ///< R, of the groove arcs [m]
   double lifter_top_radius = 0.0;  ///< r, from the axis to the middle of a lifter's flat top [m]
@@ -21,8 +21,8 @@ struct Widths {
   double phase = 0.0;              ///< polar angle of the centre of groove 0 at rest [rad]
 };
 
-/// Cross-section by the lifters' shape; the groove width follows. Face angle 0 is the parallel
-/// reading: D1 is the width of the lifter all the way down.
+/// Cross-section by the lifters' shape, from which the groove width follows. Face angle 0 is the
+/// parallel reading: the lifter has width D1 over its whole height.
 struct Slopes {
   double radius = 0.0;             ///< R, of the groove arcs [m]
   double lifter_top_radius = 0.0;  ///< r, from the axis to the middle of a lifter's flat top [m]
@@ -34,7 +34,7 @@ struct Slopes {
 
 namespace detail {
 
-/// Checks what both readings share: radius, number of lifters, their tops.
+/// Check what both readings share: radius, number of lifters and lifter tops.
 inline void check_tops(double radius, double top_radius, double top_width, int lifters)
 {
   const double half_pitch = pi / lifters;
@@ -172,11 +172,12 @@ struct LifterShape {
 
 }  // namespace detail
 
-/// The liner of n equal trapezoidal lifters on a circle, grooves between them, or a plain drum.
+/// The liner of n equal trapezoidal lifters on a circle, with grooves between them, or a plain
+/// drum.
 ///
-/// Groove k = 0..n-1 is centred at polar angle 2 pi k / n + phase, and lifter k, which trails it
-/// and pushes its balls, half a pitch before. Faces do not lean over the groove (no undercut), so r
-/// is the liner's smallest radius. A plain drum has no lifters and one groove, 0, all around.
+/// Groove k = 0..n-1 is centred at polar angle 2 pi k / n + phase. Lifter k is half a pitch behind
+/// groove k and lifts the groove's balls. Faces do not lean over the groove (no undercut), so r is
+/// the liner's smallest radius. A plain drum has no lifters and a single groove, 0, all around.
 class Lifters : public Profile {
  public:
   /// Throws std::invalid_argument with the value and the accepted range if no such liner exists.
@@ -204,8 +205,8 @@ class Lifters : public Profile {
   /// Polar angle of the centre line of lifter k [rad].
   double lifter_angle(int k) const { return phase() + pitch() * (k - 0.5); }
 
-  /// Foot and top corner of a lifter's leading face, in the frame of its centre line. Those of the
-  /// trailing face mirror them.
+  /// Foot and top corner of a lifter's leading face, in the frame of the lifter's centre line. The
+  /// trailing face is its mirror image.
   Local foot() const { return shape_.foot(); }
   Local corner() const { return {shape_.top_radius, shape_.half_top}; }
 

@@ -6,10 +6,10 @@
 
 namespace millscale::liner {
 
-/// Where the liner is nearest to a point.
+/// The point of the liner that is nearest to a given point.
 struct Nearest {
   double distance;  ///< to the liner, > 0 inside the cavity, < 0 inside the wall [m]
-  Face face;        ///< what is nearest; of an edge between two faces the groove, then the lifter's
+  Face face;        ///< nearest face; at an edge between two faces the groove, then the lifter's
                     ///< side, then its top
   int sector;       ///< of the groove, or of the lifter for its faces and top
   Point point;      ///< on the liner [m]
@@ -21,11 +21,12 @@ namespace detail {
 struct NearestPiece {
   const PlacedPiece* placed;
   OnPiece on;
-  double distance;  ///< as of Nearest [m]
+  double distance;  ///< as in Nearest [m]
 };
 
-/// Whether a point is on the wall's side, seen from the nearest point of the liner. A point that a
-/// corner is nearest to is in the cavity at a convex edge and in the wall at a concave corner.
+/// Return whether a point is on the wall's side, seen from the nearest point of the liner. If the
+/// nearest point is a corner, the point is in the cavity at a convex edge and in the wall at a
+/// concave corner.
 inline bool in_wall(const PlacedPiece& placed, const OnPiece& on, Local p)
 {
   const double turn = on.is_begin ? placed.piece.turn : on.is_end ? placed.turn_end : 0.0;
@@ -35,7 +36,7 @@ inline bool in_wall(const PlacedPiece& placed, const OnPiece& on, Local p)
   return (length(p - piece.centre) - std::abs(piece.arc_radius)) * piece.arc_radius > 0.0;
 }
 
-/// Of a point in the frame of the sector it lies in.
+/// The piece nearest to a point, in the frame of the sector that holds the point.
 inline NearestPiece nearest_piece(const Profile& profile, Local p)
 {
   const double tie = 1e-14 * profile.radius();
@@ -58,9 +59,9 @@ inline Local normal_at(const Piece& piece, Local point)
 
 }  // namespace detail
 
-/// Nearest point of the liner. Ties are resolved the same way every time: on the centre line of a
-/// groove its far side (in the direction of rotation) counts as nearer, between faces the order
-/// groove, lifter's side, top.
+/// Nearest point of the liner. Ties always have the same result. On the centre line of a groove the
+/// far side (in the direction of rotation) counts as nearer. Between faces the order is groove,
+/// lifter's side, top.
 inline Nearest nearest(const Profile& profile, Point p)
 {
   const int sector = profile.sector_at(polar_angle(p));
@@ -68,7 +69,8 @@ inline Nearest nearest(const Profile& profile, Point p)
   const Local local = frame.local(p);
   const detail::NearestPiece found = detail::nearest_piece(profile, local);
   const Piece& piece = found.placed->piece;
-  // Close to the liner the direction to it is lost to rounding, and its own normal is exact.
+  // Close to the liner the direction to the nearest point is lost to rounding; the liner's normal
+  // is exact.
   const bool resolved = std::abs(found.distance) > 1e-9 * profile.radius();
   const Local normal = resolved ? (1.0 / found.distance) * (local - found.on.point)
                                 : detail::normal_at(piece, found.on.point);
@@ -76,7 +78,7 @@ inline Nearest nearest(const Profile& profile, Point p)
           frame.point(found.on.point), frame.point(normal)};
 }
 
-/// Whether a point lies in the cavity; the liner itself counts as inside.
+/// Return whether a point lies in the cavity or on the liner.
 inline bool inside(const Profile& profile, Point p)
 {
   const Frame frame(profile.sector_angle(profile.sector_at(polar_angle(p))));

@@ -28,7 +28,7 @@ struct MovedPiece {
 
 inline MovedPiece moved(const Piece& piece, double distance)
 {
-  const double radius = piece.arc_radius - distance;  // of either sign: an arc bulging in grows
+  const double radius = piece.arc_radius - distance;  // either sign: an arc that bulges in grows
   if (piece.is_arc() && !(radius * piece.arc_radius > 0.0))
     reject("offset",
            "must be < " + format(piece.arc_radius) + " m, the radius of an arc, which vanishes",
@@ -37,7 +37,8 @@ inline MovedPiece moved(const Piece& piece, double distance)
           piece.is_arc() ? radius : 0.0};
 }
 
-/// The common point of two moved pieces that is nearest to a given one; none if they do not cross.
+/// The common point of two moved pieces that is nearest to a given point; none if the pieces do not
+/// cross.
 inline std::optional<Local> crossing(const MovedPiece& a, const MovedPiece& b, Local near)
 {
   if (a.radius == 0.0 && b.radius == 0.0) {
@@ -79,10 +80,10 @@ inline Profile scaled(const Profile& profile, double S)
   return {nodes, profile.sectors(), profile.phase()};
 }
 
-/// The profile with every piece moved by `distance` towards the cavity (negative: into the wall);
-/// corners are mitred, smooth joints stay smooth. Moved by a ball's radius it is the path of the
-/// ball's centre, but for convex edges, which the centre rounds on an arc.
-/// Throws std::invalid_argument if a piece vanishes.
+/// The profile with every piece moved by `distance` towards the cavity (negative: into the wall).
+/// Corners are mitred, smooth joints stay smooth. With `distance` equal to a ball's radius the
+/// result is the path of the ball's centre, except at convex edges. The centre passes a convex edge
+/// on an arc. Throws std::invalid_argument if a piece vanishes.
 inline Profile offset(const Profile& profile, double distance)
 {
   require_finite("offset", distance);
@@ -147,9 +148,9 @@ inline Lifters offset(const Lifters& liner, double distance)
       Slopes{radius, top_radius, top_width, liner.face_angle(), liner.lifters(), liner.phase()});
 }
 
-/// Liner of policy offset-liner: the path of a ball's centre is offset out of the physical liner,
-/// shrunk by S, and offset back, so that flats and arcs of the centre path scale exactly while the
-/// ball keeps its radius [m]. Derived here. At convex edges the centre path is an arc of the ball's
+/// Liner of policy offset-liner, derived here. The path of a ball's centre is offset from the
+/// physical liner, shrunk by S, and offset back. So flats and arcs of the centre path scale exactly
+/// while the ball keeps its radius [m]. At convex edges the centre path is an arc of the ball's
 /// radius and does not scale.
 template <typename Shape>
 Shape offset_scaled(const Shape& physical, double S, double ball_radius)

@@ -9,15 +9,15 @@
 
 namespace millscale::liner {
 
-/// Closed polygon of a liner, nodes in the direction of rotation; edge i goes from node i to node
-/// i + 1 (the last one to node 0) and belongs to faces[i].
+/// Closed polygon of a liner, nodes in the direction of rotation. Edge i goes from node i to node i
+/// + 1 (the last edge to node 0) and belongs to faces[i].
 struct Polygon {
   std::vector<Point> nodes;
   std::vector<Face> faces;
 };
 
-/// Number of equal chords for an arc [-], so that none is farther than chord_error from the arc:
-/// sagitta R (1 - cos(half chord angle)) <= chord_error.
+/// Number of equal chords for an arc [-], so that no chord is farther than chord_error from the
+/// arc: sagitta R (1 - cos(half chord angle)) <= chord_error.
 inline int chords(double radius, double half_angle, double chord_error)
 {
   const double sagitta = std::min(chord_error / radius, 1.0);
@@ -25,8 +25,8 @@ inline int chords(double radius, double half_angle, double chord_error)
   return std::max(1, static_cast<int>(std::ceil(half_angle / half_chord_angle - 1e-9)));
 }
 
-/// Nodes of one sector with equal chords in place of its arcs, none farther than chord_error [m]
-/// from its arc. They lie on the liner.
+/// Nodes of one sector with equal chords in place of its arcs, no chord farther than chord_error
+/// [m] from its arc. The nodes lie on the liner.
 /// Throws std::invalid_argument for a chord error that is not in (0, R).
 inline std::vector<Node> chord_nodes(const Profile& profile, double chord_error)
 {
@@ -54,16 +54,16 @@ inline std::vector<Node> chord_nodes(const Profile& profile, double chord_error)
   return result;
 }
 
-/// The profile with the same chords. The chords of an arc are one surface, and so are pieces that
-/// join smoothly.
+/// The profile with the same chords. The chords of an arc are one surface, and so are pieces with a
+/// smooth joint.
 inline Profile with_chords(const Profile& profile, double chord_error)
 {
   return {chord_nodes(profile, chord_error), profile.sectors(), profile.phase()};
 }
 
 /// Polygon with its nodes on the liner: straight pieces exact, arcs as equal chords within
-/// chord_error [m]. The nodes of every sector are those of sector 0, rotated.
-/// Throws std::invalid_argument for a chord error that is not in (0, R).
+/// chord_error [m]. The nodes of every sector are the nodes of sector 0, rotated. Throws
+/// std::invalid_argument for a chord error that is not in (0, R).
 inline Polygon polygon(const Profile& profile, double chord_error)
 {
   const std::vector<Node> nodes = chord_nodes(profile, chord_error);

@@ -14,12 +14,13 @@
 
 namespace millscale::liner {
 
-/// More than any mill has; the storage for each sector stays small.
+/// Limits on sectors and pieces, above those of any mill. They keep the storage for each sector
+/// small.
 inline constexpr int most_sectors = 10'000;
 inline constexpr std::size_t most_pieces = 100'000;
 
-/// What a piece of the liner is. The leading face of a lifter pushes the balls of its groove. A
-/// shape without lifters is groove all over.
+/// Part of the liner that a piece belongs to. The leading face of a lifter lifts the balls of its
+/// groove. A shape without lifters is groove all over.
 enum class Face { groove = 0, leading = 1, top = 2, trailing = 3 };
 
 /// Where a piece of the profile begins; it ends at the next node.
@@ -29,7 +30,7 @@ struct Node {
                             ///< wall's side [m]. An arc is at most half a turn.
   Face face = Face::groove;  ///< of the piece
   int ahead = 0;             ///< 1: the piece belongs to the lifter of the next sector
-  bool continues = false;    ///< no corner here: the fold is one of chords that stand for an arc
+  bool continues = false;    ///< no corner here: the fold is between chords of one arc
 };
 
 /// A line or an arc of the profile in the direction of rotation; the cavity is on its left.
@@ -37,24 +38,24 @@ struct Piece {
   Local begin, end;                  ///< in the frame of the sector's centre line [m]
   Local tangent_begin, tangent_end;  ///< unit vectors along the piece
   double length;                     ///< [m]
-  double arc_radius;                 ///< as of Node [m]
+  double arc_radius;                 ///< as in Node [m]
   Local centre, middle;              ///< of an arc: its centre [m], unit vector to its middle
   double half_angle;                 ///< half the angle an arc spans [rad]
   Face face;
-  int ahead;              ///< as of Node
-  double turn = 0.0;      ///< angle by which the profile turns to the left where the piece begins;
-                          ///< > 0: concave corner, < 0: convex edge, 0: smooth [rad]
-  int surface = 0;        ///< number of its surface in the sector
+  int ahead;          ///< as in Node
+  double turn = 0.0;  ///< angle by which the profile turns to the left at the piece's beginning;
+                      ///< > 0: concave corner, < 0: convex edge, 0: smooth [rad]
+  int surface = 0;    ///< number of its surface in the sector
   int surface_ahead = 0;  ///< 1: it belongs to that surface of the next sector
 
   bool is_arc() const { return arc_radius != 0.0; }
 };
 
-/// A piece as seen from the frame of a sector's centre line, and the sector it is of.
+/// A piece as seen from the frame of a sector's centre line, and the sector of the piece.
 struct PlacedPiece {
   Piece piece;
   int offset;       ///< the piece's sector less the frame's: -1, 0, 1
-  double turn_end;  ///< as of Piece::turn, where the piece ends [rad]
+  double turn_end;  ///< as Piece::turn, at the end of the piece [rad]
 };
 
 /// How a liner repeats around the mill.
@@ -62,8 +63,8 @@ struct Sectors {
   int count = 1;
   double phase = 0.0;  ///< polar angle of the centre line of sector 0 at rest [rad]
 
-  /// Sector that a polar angle of the mill at rest lies in, 0..count-1: the groove there, and the
-  /// lifter that pushes its balls.
+  /// Sector that a polar angle of the mill at rest lies in, 0..count-1. This is the index of the
+  /// groove there, and of the lifter that lifts the groove's balls.
   int at(double psi) const
   {
     const long k = std::lround((psi - phase) / (2.0 * pi / count));
@@ -89,7 +90,7 @@ inline int wrapped(int k, int n)
   return ((k % n) + n) % n;
 }
 
-/// A smaller turn of the profile's direction is no corner [rad].
+/// Smallest turn of the profile's direction that counts as a corner [rad].
 inline constexpr double smooth_turn = 1e-6;
 
 inline Piece line(Local begin, Local end)
@@ -138,7 +139,7 @@ inline Piece turned_piece(Piece piece, double angle)
   return piece;
 }
 
-/// Point of a piece nearest to a point, and the end of the piece that it is, if any.
+/// Point of a piece nearest to a given point, and which end of the piece it is, if any.
 struct OnPiece {
   Local point;
   bool is_begin = false, is_end = false;
@@ -166,14 +167,14 @@ inline OnPiece nearest_on(const Piece& piece, Local p)
 
 /// Cross-section of the mill's liner: the lines and arcs of one sector, repeated n times.
 ///
-/// Sector k = 0..n-1 is centred at polar angle 2 pi k / n + phase. Its lifter, if it has one,
-/// trails its groove and pushes the balls of the sector. The pieces follow each other in the
-/// direction of rotation, once around the axis. A *surface* is a chain of pieces without a concave
-/// corner: they join smoothly, at convex edges, or as chords of one arc. A shape without concave
-/// corners is one surface.
+/// Sector k = 0..n-1 is centred at polar angle 2 pi k / n + phase. Its lifter, if any, trails its
+/// groove and lifts the balls of the sector. The pieces follow each other in the direction of
+/// rotation, once around the axis. A *surface* is a chain of pieces without a concave corner. Its
+/// pieces join smoothly, at convex edges, or as chords of one arc. A shape without concave corners
+/// is one surface.
 class Profile {
  public:
-  /// Throws std::invalid_argument if the nodes make no such cross-section. A single node in a
+  /// Throws std::invalid_argument if the nodes do not form such a cross-section. A single node in a
   /// single sector is a circle around the axis.
   Profile(const std::vector<Node>& nodes, int sectors, double phase)
       : nodes_(nodes), sectors_(sectors), phase_(phase)
@@ -190,28 +191,28 @@ class Profile {
   int sectors() const { return sectors_; }
   /// Polar angle of the centre line of sector 0 at rest [rad].
   double phase() const { return phase_; }
-  /// Angle from sector to sector [rad].
+  /// Angle from one sector to the next [rad].
   double pitch() const { return 2.0 * pi / sectors_; }
   /// Largest distance of the liner from the axis [m].
   double radius() const { return radius_; }
   /// Smallest distance of the liner from the axis [m].
   double clear_radius() const { return clear_radius_; }
-  /// Whether the liner is a circle.
+  /// Return whether the liner is a circle.
   bool is_drum() const { return sectors_ == 1 && nodes_.size() == 1; }
 
   const std::vector<Node>& nodes() const { return nodes_; }
   /// Pieces of one sector, in the frame of its centre line.
   const std::vector<Piece>& pieces() const { return pieces_; }
 
-  /// Pieces of a sector and of the two beside it, in the frame of that sector. The nearest point of
-  /// the liner is on one of them: of the repetitions of a point, the nearest one is at most half a
-  /// pitch away. Order: groove, faces, top; each from ahead to behind. Ties go to the first.
+  /// Pieces of a sector and of the two sectors beside it, in the frame of the first. The nearest
+  /// point of the liner is on one of them, because the nearest repetition of a point is at most
+  /// half a pitch away. Order: groove, faces, top; each from ahead to behind. Ties go to the first.
   const std::vector<PlacedPiece>& around() const { return around_; }
 
   /// Polar angle of the centre line of sector k [rad].
   double sector_angle(int k) const { return phase_ + pitch() * k; }
 
-  /// Sector that a polar angle lies in: the groove there, and the lifter that pushes its balls.
+  /// Sector that a polar angle lies in: the groove there, and the lifter that lifts its balls.
   int sector_at(double psi) const { return Sectors{sectors_, phase_}.at(psi); }
 
   /// Index of the groove, or of the lifter, that a piece of a sector belongs to.
@@ -226,7 +227,7 @@ class Profile {
     return surfaces_per_sector() * detail::wrapped(sector + piece.surface_ahead, sectors_) +
            piece.surface;
   }
-  /// Whether a surface holds a piece of groove; the surface of a lifter does not.
+  /// Return whether a surface holds a piece of groove; the surface of a lifter does not.
   bool is_groove(int surface) const
   {
     return groove_surfaces_.empty() ||
@@ -278,8 +279,8 @@ class Profile {
     }
   }
 
-  /// Surface 0 of a sector is the first with a groove, so that a groove keeps its number whatever
-  /// node the sector begins at.
+  /// Surface 0 of a sector is the first surface with a groove. So the number of a groove does not
+  /// depend on the node where the sector begins.
   void number_surfaces()
   {
     const auto ends_a_surface = [this](std::size_t i) {
@@ -295,7 +296,8 @@ class Profile {
       for (Piece& piece : pieces_) --piece.surface;
     std::vector<bool> groove(static_cast<std::size_t>(corners), false);
     for (Piece& piece : pieces_) {
-      piece.surface_ahead = piece.surface / corners;  // it ends behind the sector's first corner
+      piece.surface_ahead =
+          piece.surface / corners;  // surface ends behind the sector's first corner
       piece.surface %= corners;
       if (piece.face == Face::groove) groove[static_cast<std::size_t>(piece.surface)] = true;
     }
@@ -322,7 +324,7 @@ class Profile {
       }
       around += std::atan2(cross(piece.begin, piece.end), dot(piece.begin, piece.end));
     }
-    for (const Piece& piece : pieces_)  // rid of rounding: the ends of an arc around the axis
+    for (const Piece& piece : pieces_)  // remove the rounding of the ends of an arc around the axis
       if (length(piece.centre) == 0.0 && std::abs(radius_ - piece.arc_radius) < 1e-12 * radius_)
         radius_ = piece.arc_radius;
     if (!is_drum() && !(std::abs(around - pitch()) < 1e-6))

@@ -12,8 +12,8 @@
 
 namespace millscale::liner {
 
-/// First line of a profile's table. Before it come `sectors,N` and `phase_rad,P`; each row is the
-/// begin of a piece (Node), in the frame of the sector's centre line.
+/// Header of a profile's table. The lines `sectors,N` and `phase_rad,P` precede it. Each row is a
+/// Node, in the frame of the sector's centre line.
 inline constexpr const char* profile_columns = "radial_m,tangential_m,arc_radius_m,face,ahead";
 
 namespace detail {
@@ -47,7 +47,7 @@ inline std::vector<std::string> split_at_commas(const std::string& line)
 
 }  // namespace detail
 
-/// The profile as text; `read_profile` gives the same profile, bit by bit.
+/// The profile as text. `read_profile` returns the same profile from it, bit by bit.
 inline std::string profile_text(const Profile& profile)
 {
   const auto exact = [](double value) {
@@ -64,7 +64,7 @@ inline std::string profile_text(const Profile& profile)
   return text;
 }
 
-/// Reads a profile. Throws std::invalid_argument with the number of the line at fault.
+/// Read a profile. Throws std::invalid_argument with the number of the faulty line.
 inline Profile read_profile(std::istream& in)
 {
   std::vector<Node> nodes;

@@ -19,21 +19,23 @@ namespace millscale::charge {
 /// omega R)^2 + 4 g R).
 ///
 /// Derived here. The wall moves at omega R or less, so an elastic impact gives a ball at most 2
-/// omega R; from the top of the mill the ball falls by 2 R at most. A ball at rest hit by a much
-/// heavier one of this speed leaves at (1 + e) times that speed, hence twice. Chains of impacts
-/// among balls of very different sizes could exceed it; no measured speed is near it.
+/// omega R. From the top of the mill the ball falls by 2 R at most. A ball at rest hit by a much
+/// heavier ball of this speed leaves at (1 + e) times that speed, hence the factor 2. Chains of
+/// impacts among balls of very different sizes could exceed the limit; no measured speed is near
+/// it.
 inline double plausible_speed(const similarity::OperatingPoint& mill)
 {
   const double thrown = 2.0 * mill.omega * mill.radius;
   return 2.0 * std::sqrt(thrown * thrown + 4.0 * mill.gravity * mill.radius);
 }
 
-/// Index of the first of `count` vectors, 3 numbers each, that is longer than a limit or no number;
+/// Index of the first of `count` vectors, 3 numbers each, that is NaN or longer than a limit;
 /// `count` if none is.
 ///
-/// Blocks are passed by one sum: a vector longer than the limit has numbers x with a sum of
-/// (x / limit)^8 over 1 / 27, and a NaN leaves no sum. Ordinary speeds, far below the limit, hardly
-/// add to it. Lanes, so that the compiler adds several numbers at once.
+/// One sum checks a whole block. A vector longer than the limit has numbers x whose sum of (x /
+/// limit)^8 exceeds 1 / 27, and a NaN makes the sum NaN. Ordinary speeds, far below the limit,
+/// hardly add to the sum. The sum is kept in lanes, so that the compiler adds several numbers at
+/// once.
 inline std::size_t first_beyond(const double* vectors, std::size_t count, double limit)
 {
   constexpr std::size_t lanes = 8, block = 64;
@@ -64,30 +66,30 @@ inline bool finite(const Vector& v)
   return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
 }
 
-/// The ball that an error names.
+/// The ball that an error message names.
 struct Suspect {
   long id;
   Vector position, velocity, force;  ///< [m], [m/s], [N]
 };
 
-/// Checks balls near the liner, and names the part of the mill at a point.
+/// Check balls near the liner, and name the part of the mill at a point.
 class WallGuard {
  public:
-  /// usual_radius: of the balls [m]; overlap_limit: of a ball and the wall, in ball radii.
+  /// usual_radius: ball radius [m]; overlap_limit: of a ball and the wall, in ball radii.
   WallGuard(const liner::Profile& profile, double usual_radius, double overlap_limit)
       : finder_(profile, usual_radius), limit_(overlap_limit)
   {
   }
 
-  /// Whether a ball of a radius [m] this far from the axis [m^2] can neither touch the liner nor be
-  /// beyond it; not so if this is no number.
+  /// Return whether a ball with the given radius [m] and squared distance from the axis [m^2] can
+  /// neither touch the liner nor be beyond it. Return false for NaN.
   bool clear(double distance_squared, double radius) const
   {
     const double reach = finder_.clear_radius() - radius;
     return reach > 0.0 && distance_squared < reach * reach;
   }
 
-  /// What is wrong with a ball of a radius [m] at a point of the cross-section of the mill at rest.
+  /// Fault of a ball with the given radius [m] at a point of the cross-section of the mill at rest.
   std::optional<std::string> fault(liner::Point p, double radius) const
   {
     const double square = p.x * p.x + p.z * p.z;
@@ -102,7 +104,7 @@ class WallGuard {
            " of its radius, the limit is " + format(limit_);
   }
 
-  /// Whether a point is beyond the liner or in the outer fifth of the mill.
+  /// Return whether a point is beyond the liner or in the outer fifth of the mill.
   bool near(liner::Point p) const
   {
     return !(p.x * p.x + p.z * p.z < 0.64 * profile().radius() * profile().radius());
@@ -148,11 +150,11 @@ inline std::string text(const Vector& v)
   return "(" + format(v[0]) + ", " + format(v[1]) + ", " + format(v[2]) + ")";
 }
 
-/// What may be behind a fault, as far as the rank that found it knows.
+/// Possible causes of a fault, as far as the rank that found it knows them.
 struct Circumstances {
-  bool walls = true;           ///< there are any
+  bool walls = true;           ///< there is a wall
   bool compared = true;        ///< the wall is that of the mill
-  bool past_open_end = false;  ///< the ball is, on the axis, where no wall closes the mill
+  bool past_open_end = false;  ///< the ball is beyond an end of the mill without a wall
   bool hole = false;           ///< the mesh has no triangle in the direction of the ball
   double wobble = 0.0;         ///< of the mesh, in radii of the mill
   double bed_overlap = 0.0;    ///< of balls that carry a bed as deep as the radius, in ball radii
@@ -166,9 +168,9 @@ inline std::string about(double x)
   return words;
 }
 
-/// Causes with what to do about each, the likeliest first: what is missing or does not fit, then
-/// what is beyond its usual measure, farthest first. The words `overlap`, `outside` and the like
-/// name the fault itself and stay out of here, for those who search the sentence for them.
+/// Causes, each with its remedy, the likeliest first. Missing or mismatched parts come first, then
+/// quantities beyond their usual range, the largest excess first. The words `overlap` and `outside`
+/// name the fault itself. They are not used here, because failures are classified by them.
 inline std::vector<std::string> causes(const Circumstances& c)
 {
   std::vector<std::string> found;
@@ -202,7 +204,7 @@ inline std::vector<std::string> causes(const Circumstances& c)
   return found;
 }
 
-/// The whole sentence: who, what, when, where, and what may be behind it.
+/// The error message: ball, fault, time, position and possible causes.
 inline std::string report(const Suspect& ball, const std::string& fault, long step,
                           const std::string& near_wall, const std::vector<std::string>& causes)
 {

@@ -31,19 +31,21 @@ using millscale::Vector;
 namespace {
 
 constexpr int record_size = detachment::record_size;
-// What a ball touches, as bits; and of what is seen of it, what is pending in units above them.
+// Bits of a mark: the contacts of a ball. `seen_` adds the pending events in units of
+// `pending_unit`.
 constexpr signed char on_wall = 1, on_groove = 2, in_contact = 4;
 constexpr signed char unknown = -1, pending_unit = 8;
 
-/// The record in a row, in place: records are doubles only, and all balls are looked at each step.
+/// The record in a row, in place and without a copy, because all balls are checked at each step.
+/// Records consist of doubles only.
 Record& record_in(double* row)
 {
   static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) == alignof(double));
   return *std::launder(reinterpret_cast<Record*>(row));
 }
 
-/// Whether a wall triangle belongs to the groove: it lies in the outer half of the liner's height
-/// and faces the axis more than it faces along the circumference.
+/// Return whether a wall triangle belongs to the groove. Such a triangle lies in the outer half of
+/// the liner's height and faces the axis more than the circumference.
 bool is_groove(TriMesh& mesh, int triangle, const detachment::Mill& mill, double inner_radius)
 {
   Vector node[3], edge[2], centre{};
@@ -125,7 +127,7 @@ void FixMillDetachTrack::init()
   }
 }
 
-/// From the mill, or in decks of before from the arguments.
+/// Take the liner from the mill, or from the arguments if the mill states none.
 void FixMillDetachTrack::take_liner()
 {
   if (lifter_top_radius_ >= mill_.radius)
@@ -172,12 +174,12 @@ void FixMillDetachTrack::observe_all()
   }
 }
 
-/// What each ball touches.
+/// Mark the contacts of each ball.
 void FixMillDetachTrack::mark_contacts()
 {
   const int balls = atom->nlocal;
   marks_.resize(balls);
-  // All that acts on a ball but its weight is contact.
+  // Every force on a ball except its weight is a contact force.
   const Vector& down = mill_.frame.down();
   const double g = mill_fix_->gravity(), gx = g * down[0], gy = g * down[1], gz = g * down[2],
                least = force_tolerance_ * force_tolerance_ * g * g;
@@ -194,7 +196,8 @@ void FixMillDetachTrack::mark_contacts()
   for (int i = 0; i < balls; ++i) marks_[i] |= mesh_contacts(i);
 }
 
-/// Records are long, and most say at most steps what they said before: whether to read one.
+/// Return whether a ball's record can change at this step. Most records do not change at most
+/// steps, and reading a record is slow because records are long.
 bool FixMillDetachTrack::may_change(int i) const
 {
   if (seen_[i] == marks_[i]) return false;
@@ -212,8 +215,8 @@ void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record&
   if (ball.outermost != 0.0) statistics_.outermost.add(ball.flight.angle);
 }
 
-/// Whether the mill has come past a multiple of 1/25 of the lifters' pitch in this step: a function
-/// of the step alone, so that a restart changes nothing.
+/// Return whether the mill has passed a multiple of 1/25 of the lifters' pitch in this step. This
+/// depends on the step alone, so a restart changes nothing.
 bool FixMillDetachTrack::looks_at_carriers() const
 {
   const double interval = 2.0 * millscale::pi / (25.0 * mill_.sectors.count);

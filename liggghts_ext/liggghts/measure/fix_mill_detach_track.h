@@ -11,8 +11,8 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 class FixWallMill;
 
-/// Per-ball detachment records, advanced at the end of every step and kept across ranks and
-/// restarts. Created by compute mill/detach, which publishes them. Arguments:
+/// Per-ball detachment records, updated at the end of every step and kept across ranks and
+/// restarts. compute mill/detach creates this fix and publishes the records. Arguments:
 /// docs/reference/styles.md.
 class FixMillDetachTrack : public FixPerBallRows {
  public:
@@ -53,16 +53,17 @@ class FixMillDetachTrack : public FixPerBallRows {
   FixMillSimilarity* mill_fix_ = nullptr;
   std::vector<FixWallMill*> analytic_walls_;
   millscale::detachment::Mill mill_;
-  bool liner_given_ = false;  ///< in the arguments, which follow
+  bool liner_given_ = false;  ///< the arguments give the liner
   int lifters_ = 0;
   double lifter_top_radius_ = 0.0, phase_ = 0.0;
   double inner_radius_ = 0.0;      ///< of the liner; 0: a plain drum [m]
   double gap_ = 1.0;               ///< in ball radii
   double force_tolerance_ = 1e-9;  ///< in ball weights
   Statistics statistics_;
-  /// Of each ball: its contacts at the last step and what is pending; -1: its record must be read.
+  /// For each ball: its contacts at the last step and its pending events; -1: its record must be
+  /// read.
   std::vector<signed char> seen_;
-  std::vector<signed char> marks_;  ///< what each ball touches now, as bits
+  std::vector<signed char> marks_;  ///< contacts of each ball at this step, as bits
 };
 
 }  // namespace LAMMPS_NS

@@ -41,8 +41,9 @@ constexpr int history_size = slots * slot_size;
 
 constexpr std::size_t ahead = 4;  // prefetch distance in balls
 
-/// Key of a surface, by which a contact finds its history again; 0 is no contact. A lifter's faces,
-/// edges and top are one surface: a ball has one contact with it, which moves around the edges.
+/// Key of a surface, which identifies the history of a contact; 0 is no contact. A lifter's faces,
+/// edges and top are one surface. A ball has one contact with this surface, which moves around the
+/// edges.
 double key_of(const liner::Contact& contact)
 {
   return 1.0 + contact.surface;
@@ -54,7 +55,7 @@ bool is_groove(const liner::Profile& profile, double key)
   return key > 0.0 && profile.is_groove(static_cast<int>(key) - 1);
 }
 
-/// Bits of the surfaces that a ball touches.
+/// Bits of the surfaces in contact with a ball.
 constexpr signed char on_groove = 1, on_wall = 2;
 
 Vector displacement_of(double key, const double* row)
@@ -144,7 +145,7 @@ void FixWallMill::init()
         *liner_, largest > 0.0 ? largest : mill_fix_->scaled().mill.ball_radius);
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
-    // Created by the pair style, whose init precedes this one.
+    // Created by the pair style, whose init runs before.
     damping_ = terms_.limited_damping ? first_fix<FixContactDamping>(modify) : nullptr;
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
@@ -196,7 +197,7 @@ void FixWallMill::evaluate(double dt)
   }
 }
 
-/// Prefetch the scattered data of a ball while others are evaluated.
+/// Prefetch the scattered data of a ball while other balls are evaluated.
 void FixWallMill::fetch_ahead(const Near& near) const
 {
   const int i = near.ball;
@@ -210,8 +211,8 @@ void FixWallMill::fetch_ahead(const Near& near) const
 }
 
 /// List the balls that may touch the wall or did; most balls of a mill do neither. Between two
-/// neighbour lists no ball moves by more than half the skin, if the engine checks displacements.
-/// Balls farther from liner and ends then need no check until the next list.
+/// neighbour lists no ball moves by more than half the skin, if the engine checks displacements. So
+/// balls farther from liner and ends are checked only at the next list.
 void FixWallMill::find_near(const MillNow& mill)
 {
   const bool sorted_anew = neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal;
@@ -252,8 +253,8 @@ struct FixWallMill::Contacts {
   void add(const Contact& c) { contact[count++] = c; }
 };
 
-/// In the turning frame the liner is at rest. A ball that has moved by less than its last distance
-/// from the liner cannot touch it.
+/// In the turning frame the liner is at rest. A ball cannot touch the liner until it has moved by
+/// the distance of its last check.
 void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
 {
   const int i = near.ball;
@@ -324,9 +325,9 @@ const contact::ContactLaw<double>& FixWallMill::law_of(int i) const
   return law_of_type_[atom->type[i] - 1];
 }
 
-/// Return the ball's share in the divisor of the tangential damping of its contacts with the wall.
-/// It is taken over all contacts of the ball: those with balls, whose sum the pair style has just
-/// stored, and these.
+/// Return the ball's contribution to the divisor of the tangential damping of its contacts with the
+/// wall. The sum is over all contacts of the ball. The pair style has just stored the sum over
+/// contacts with balls; this adds the contacts with the wall.
 double FixWallMill::damping_share(int i, const Contacts& found, double dt) const
 {
   const contact::ContactLaw<double>& law = law_of(i);
@@ -357,7 +358,7 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
   if (damping_ && dt > 0.0) damping_->of_ball(i) += result.damping;
   const Vector force = millscale::to_array(result.force);
   const Vector torque = millscale::to_array(result.torque_i);
-  // All that the ball gains in angular momentum about the mill's origin, its own spin included.
+  // Total change of the ball's angular momentum about the mill's origin, its own spin included.
   Vector moment = millscale::cross(arm, force);
   for (int d = 0; d < 3; ++d) moment[d] += torque[d];
   for (int d = 0; d < 3; ++d) {
@@ -403,7 +404,7 @@ void FixWallMill::check_box() const
     const double low = origin[d] - across + std::min(one, other);
     const double high = origin[d] + across + std::max(one, other);
     const double box_low = domain->boxlo[d], box_high = domain->boxhi[d];
-    // A box as long as the mill may differ from it by rounding.
+    // A box of the mill's length may differ from it by rounding.
     const double rounding = 1e-12 * (box_high - box_low);
     const bool below = low < box_low - rounding && domain->boundary[d][0] < 2;
     const bool above = high > box_high + rounding && domain->boundary[d][1] < 2;
@@ -426,7 +427,7 @@ double FixWallMill::largest_ball() const
   return largest;
 }
 
-/// The largest ball has room in groove, drum and between the ends.
+/// Check that the largest ball fits into groove, drum and the length between the ends.
 void FixWallMill::check_balls_fit(double largest) const
 {
   const auto require = [largest](double widest, const std::string& where) {
@@ -442,7 +443,7 @@ void FixWallMill::check_balls_fit(double largest) const
                                 format(ends_->high - ends_->low) + " m apart");
 }
 
-/// Check that no ball's centre lies in the wall or beyond an end, where no force returns it.
+/// Check that no ball's centre lies in the wall or beyond an end: no force returns such a ball.
 void FixWallMill::check_balls_are_inside() const
 {
   const MillNow mill = mill_now();

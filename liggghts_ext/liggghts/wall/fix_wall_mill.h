@@ -17,8 +17,9 @@ class FixContactDamping;
 class FixMillLedger;
 class FixMillSimilarity;
 
-/// The rotating liner as an analytic wall, with exact arcs or the mesh's polygon, and flat ends: no
-/// mesh, no wall neighbour list, no collective. Arguments and f_ID[k]: docs/reference/styles.md.
+/// The rotating liner as an analytic wall, with exact arcs or the mesh's polygon, and flat ends. It
+/// needs no mesh, no neighbour list of the wall and no collective communication. Arguments and
+/// f_ID[k]: docs/reference/styles.md.
 class FixWallMill : public FixPerBallRows {
  public:
   FixWallMill(class LAMMPS*, int, char**);
@@ -30,23 +31,23 @@ class FixWallMill : public FixPerBallRows {
   double compute_vector(int) override;
 
   const std::string& mill_id() const { return mill_id_; }
-  /// Liner that the wall's own arguments state, if the mill states none.
+  /// Liner given by the arguments of the wall, used if the mill has none.
   millscale::liner::Widths widths() const;
   bool has_ends() const { return ends_.has_value(); }
 
-  /// Return this rank's share of the torque on all surfaces that turn with the mill, about its
-  /// origin, at the last evaluation of the forces [N m].
+  /// Return this rank's contribution to the torque on all surfaces that turn with the mill [N m].
+  /// The torque is about the mill's origin, at the last evaluation of the forces.
   const millscale::Vector& torque_on_turning() const { return torque_on_turning_; }
 
-  /// Add the bits of `wall` to the marks of balls that touched the wall at the last evaluation of
-  /// the forces, and the bits of `groove` if they touched a groove. marks: of local balls.
+  /// Mark the balls in contact at the last evaluation of the forces. Add the bits of `wall` for the
+  /// wall and the bits of `groove` for a groove. marks: of local balls.
   void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
 
  private:
   /// Position and motion of the mill at this step.
   struct MillNow {
     millscale::MillFrame frame;
-    millscale::Turn turn;  ///< by the mill's angle
+    millscale::Turn turn;  ///< turn by the mill's angle
     millscale::Vector omega;
   };
 
@@ -54,7 +55,7 @@ class FixWallMill : public FixPerBallRows {
   struct Contact {
     double overlap;
     millscale::Vector normal;
-    double key;              ///< of the surface, never 0
+    double key;              ///< key of the surface, never 0
     bool turns;              ///< the surface moves with the mill
     bool continued = false;  ///< in contact at the last evaluation
   };
@@ -66,7 +67,7 @@ class FixWallMill : public FixPerBallRows {
     millscale::liner::LastSearch last;
     millscale::liner::Point seen;  ///< centre at the last check, in the mill at rest
     double along;                  ///< position along the axis at the last check [m]
-    double clear;                  ///< distance from there without a contact, ends included [m]
+    double clear;  ///< distance the ball can move without a contact, ends included [m]
   };
 
   void parse(int narg, char** arg);
@@ -96,7 +97,7 @@ class FixWallMill : public FixPerBallRows {
   FixMillLedger* ledger_ = nullptr;  ///< the energy budget, if there is one
   millscale::LinerArguments liner_arguments_;
   double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
-  std::shared_ptr<const millscale::liner::Profile> liner_;  ///< exact, or with the chords
+  std::shared_ptr<const millscale::liner::Profile> liner_;  ///< exact arcs, or their chords
   std::unique_ptr<millscale::liner::ContactFinder> finder_;
   std::optional<millscale::liner::EndWalls> ends_;
   bool ends_turn_ = true;
@@ -105,7 +106,7 @@ class FixWallMill : public FixPerBallRows {
   FixContactDamping* damping_ = nullptr;  ///< sums of ball-ball contacts, if limited
   std::vector<millscale::contact::ContactLaw<double>> law_of_type_;
   std::vector<Near> near_;             ///< balls that may touch, or did
-  std::vector<signed char> touching_;  ///< what each ball touched at the last evaluation, as bits
+  std::vector<signed char> touching_;  ///< contacts of each ball at the last evaluation, as bits
   double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
   millscale::Vector torque_on_turning_{};
 };

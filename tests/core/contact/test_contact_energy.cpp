@@ -31,7 +31,7 @@ struct Ball {
   Loads loads{};
 };
 
-/// Two equal balls that meet along x, by the engine's steps; and their energy budget.
+/// Collision of two equal balls along x with the engine's steps, and its energy budget.
 struct Collision {
   double restitution, sliding, rolling_friction, dt;
   ContactTerms terms{};
@@ -142,7 +142,7 @@ double work_of_all(const Collision& c)
 
 constexpr double impact_energy = 0.5 * (0.5 * mass) * head_on * head_on;
 
-/// Of an elastic impact, Hertz: 2.94 (largest overlap) / speed.
+/// Duration of an elastic impact by Hertz: 2.94 (largest overlap) / speed [s].
 double duration()
 {
   const double effective = 0.5 * mass, stiffness = 4.0 / 3.0 * young * std::sqrt(0.5 * radius);
@@ -158,16 +158,16 @@ TEST(ContactEnergy, KickByKickTheWorkIsTheChangeOfKineticEnergy)
   c.j.spin = {-9.0, 3.0, 7.0};
   const double before = c.kinetic();
   c.collide();
-  // Two sums of some hundred numbers of this size.
+  // Each of the two sums has some hundred terms of this size.
   EXPECT_NEAR(work_of_all(c), c.kinetic() - before, 1e-13 * before);
   EXPECT_LT(c.kinetic(), 0.9 * before);
 }
 
 TEST(ContactEnergy, AnElasticContactStoresTheEnergyAndGivesItBack)
 {
-  // The trapezium rule over the force, whose second derivative is up to 1/(15 overlap^2) of the
-  // energy per length squared: the step v dt gives 1/12 of it, and less than one step's share more
-  // where the contact begins and ends within a step.
+  // Error of the trapezium rule over the force. The second derivative is up to 1/(15 overlap^2) of
+  // the energy per length squared, and the step v dt gives 1/12 of it. Contact begins and ends
+  // within a step, which adds less than the error of one step.
   Collision c{1.0, 0.0, 0.0, duration() / 400.0};
   const double first_step = 2.94 / 400.0, bound = first_step * first_step;
   double most = 0.0;
@@ -177,7 +177,8 @@ TEST(ContactEnergy, AnElasticContactStoresTheEnergyAndGivesItBack)
     most = std::max(most, c.stored.normal);
     EXPECT_NEAR(c.kinetic() + c.stored.normal, before, bound * impact_energy);
   } while (c.stored.normal > 0.0);
-  // Its largest is met within half a step, where energy falls with the square of the way.
+  // A step falls within half a step of the maximum, where the energy decreases with the
+  // displacement squared.
   EXPECT_NEAR(most, impact_energy, 2.0 * bound * impact_energy);
   const energy::PairingTerms t = c.terms_now();
   EXPECT_EQ(t.dissipated_normal, 0.0);
@@ -191,8 +192,8 @@ TEST(ContactEnergy, ADampedImpactDissipatesOneMinusTheSquareOfRestitution)
     Collision c{e, 0.5, 0.0, duration() / 1000.0};
     c.collide();
     const energy::PairingTerms t = c.terms_now();
-    // The lag of the dashpot, e ln(e)^2 dt / (2 t_c) of e, and a contact that begins up to a step
-    // late: v dt is 0.003 of the overlap, x^(5/4) of half the loss in e.
+    // The dashpot lags, which changes e by e ln(e)^2 dt / (2 t_c). A contact that begins up to a
+    // step late, x = v dt / overlap = 0.003, changes e by x^(5/4) e ln(1/e) / 2.
     const double loss = -std::log(e);
     const double of_e = e * loss * loss * 1e-3 + 0.5 * e * loss * std::pow(2.94e-3, 1.25);
     EXPECT_NEAR(t.dissipated_normal, (1.0 - e * e) * impact_energy,
@@ -205,20 +206,22 @@ TEST(ContactEnergy, ADampedImpactDissipatesOneMinusTheSquareOfRestitution)
 
 TEST(ContactEnergy, ABallThatSlidesAllAlongLosesItsWorkToSlip)
 {
-  // It never sticks: the tangential impulse is mu (1 + e) m* v. An impact this hard is over before
-  // the balls have turned about each other, by 1.5 m/s x 0.13 ms / (2 R) = 0.005 rad; the normal
-  // speed changes by that times 1.5 m/s, 0.7 %.
+  // Contact never sticks: the tangential impulse is mu (1 + e) m* v. The impact is so stiff that
+  // the balls turn about each other by only 1.5 m/s x 0.13 ms / (2 R) = 0.005 rad. The normal speed
+  // changes by this angle times 1.5 m/s, 0.7 %.
   Collision c{0.8, 0.1, 0.0, duration() / 16e3};
-  c.hardness = 1e3;  // lasts 1/16 as long
+  c.hardness = 1e3;  // the impact lasts 1/16 as long
   c.i.velocity[1] = 1.5;
   const double before = c.kinetic();
   c.collide();
   const energy::PairingTerms t = c.terms_now();
   const double impulse = 0.1 * 1.8 * 0.5 * mass * head_on;
-  // Speed of the surfaces falls by impulse (1/m* + 2 R^2 / I) on the way: 7/2 of 1/m*.
+  // An impulse J reduces the speed of the surfaces by J (1/m* + 2 R^2 / I), which is J times 7/2 of
+  // 1/m*.
   const double slows = impulse * 3.5 / (0.5 * mass);
   const double lost = impulse * (1.5 - 0.5 * slows);
-  // The spring takes mu F / k_t, 0.08 of the overlap, of a way of 4 overlaps before it slides.
+  // The elastic displacement is mu F / k_t, 0.08 of the overlap; the sliding distance is 4
+  // overlaps.
   EXPECT_NEAR(t.dissipated_tangential, lost, 0.02 * lost);
   EXPECT_NEAR(t.tangential_slip, lost, 0.02 * lost);
   EXPECT_NEAR(t.dissipated_tangential + t.dissipated_normal + t.spring_error, before - c.kinetic(),
@@ -268,12 +271,13 @@ TEST(ContactEnergy, LoadsByKindAddUpToForceAndTorques)
       EXPECT_NEAR(sum[2], -f[d], 1e-12 * size_of(f));
       EXPECT_NEAR(sum[3], tj[d], 1e-12 * size_of(tj));
     }
-    // The spring's part is the spring's, so what else there is is the dashpot's, divided or not.
+    // The elastic part is checked alone, so the rest of the sum is the damping part, divided or
+    // not.
     const Vector displacement = to_array(forces.displacement);
     for (int d = 0; d < 3; ++d)
       EXPECT_NEAR(on_i[tangential_spring][d], -forces.tangential_stiffness * displacement[d],
                   1e-12 * size_of(f));
-    // What slips is not damped.
+    // A contact that slips has no tangential damping force.
     EXPECT_TRUE(forces.slip == 0.0 || size_of(to_array(forces.tangential_damping_force)) == 0.0);
   }
 }

@@ -23,8 +23,8 @@ ContactForce<double> force_of(const BallPair<double>& pair, const ContactTerms& 
   return contact_force(contact_of(pair), contact_law(steel), terms, dt, advance);
 }
 
-/// Two unequal balls that overlap by 2 % to 20 % of the smaller radius, so that the overlap, a
-/// difference of lengths fifty times as large, is known to 1e-14.
+/// Two unequal balls that overlap by 2 % to 20 % of the smaller radius. The overlap, a difference
+/// of lengths fifty times as large, is then known to 1e-14.
 BallPair<double> random_pair(unsigned seed, double displacement = 1e-4)
 {
   std::mt19937 random(seed);
@@ -64,7 +64,7 @@ BallPair<double> exchanged(const BallPair<double>& p)
   return other;
 }
 
-/// a = b up to a share of the size of b.
+/// Expect a = b within a fraction of the size of b.
 void expect_close(const Vector3<double>& a, const Vector& b, double tolerance)
 {
   EXPECT_LE(written_out::size(written_out::sum(vector(a), -1.0, b)),
@@ -77,14 +77,16 @@ void expect_equal_to_written_out(const BallPair<double>& pair, const EffectiveMa
 {
   const Forces expected = written_out::pair_force(pair, law, terms, dt, advance);
   const auto got = contact_force(contact_of(pair), contact_law(law), terms, dt, advance);
-  // Thirty roundings of 1e-16, the overlap's of 1e-14, and a force that is a difference.
+  // About thirty roundings of 1e-16, the error of the overlap of 1e-14, and a force that is a
+  // difference.
   expect_close(got.force, expected.force, 1e-12);
   expect_close(got.torque_i, expected.torque_i, 1e-12);
   expect_close(got.torque_j, expected.torque_j, 1e-12);
   expect_close(got.displacement, expected.displacement, 1e-12);
 }
 
-/// Whether the contact slips, by the written-out law: its displacement is cut to Coulomb's limit.
+/// Return whether the contact slips in the written-out law: the displacement is cut to Coulomb's
+/// limit.
 bool slips(const BallPair<double>& pair, const EffectiveMaterial& law)
 {
   EffectiveMaterial sticking = law;
@@ -127,7 +129,7 @@ TEST(ContactForce, WithoutSpinMotionAndFrictionIsHertz)
   const double hertz =
       4.0 / 3.0 * steel.youngs_modulus * std::sqrt(radius) * std::pow(overlap, 1.5);
   expect_close(got.force, vector(hertz / distance * pair.separation), 1e-13);
-  for (const auto& torque : {got.torque_i, got.torque_j})  // 0/0 in Coulomb's share and in cdt
+  for (const auto& torque : {got.torque_i, got.torque_j})  // 0/0 in Coulomb's limit and in cdt
     EXPECT_EQ(dot(torque, torque), 0.0);
   EXPECT_EQ(dot(got.displacement, got.displacement), 0.0);
 }
@@ -158,8 +160,8 @@ TEST(ContactForce, ExchangedBallsFeelTheOppositeForceAndTheirOwnTorque)
 
 TEST(ContactForce, DoesNotTurnThePairAsAWhole)
 {
-  // The tangential force and the torques about the middle of the overlap are of one point: the
-  // angular momentum of the pair about it stays.
+  // The tangential force and the torques act at the middle of the overlap, so the angular momentum
+  // of the pair about this point stays constant.
   for (unsigned seed = 0; seed < 100; ++seed) {
     const BallPair<double> pair = random_pair(seed);
     const auto got = force_of(pair);
@@ -171,9 +173,9 @@ TEST(ContactForce, DoesNotTurnThePairAsAWhole)
 
 TEST(ContactForce, OnABallWithoutCurvatureAndMotionIsThatOfAWall)
 {
-  // The larger ball is 1e6 times as large: its curvature changes the effective radius by 1e-6 of
-  // itself, the force by half of that; the overlap, a thousandth of the small radius, is known to
-  // 1e-16 * 1e6 / 1e-3 = 1e-7. Slip and the dashpots add a factor of a few.
+  // The larger ball is 1e6 times as large. Its curvature changes the effective radius by a fraction
+  // of 1e-6 and the force by half of this. The overlap, a thousandth of the small radius, is known
+  // to 1e-16 * 1e6 / 1e-3 = 1e-7. Slip and the dashpots add a factor of a few.
   for (unsigned seed = 0; seed < 50; ++seed) {
     BallPair<double> pair = random_pair(seed, seed % 2 ? 1e-4 : 1e-6);
     const double overlap = 1e-3 * pair.radius_i;
@@ -206,7 +208,7 @@ TEST(ContactForce, OnABallWithoutCurvatureAndMotionIsThatOfAWall)
 
 TEST(ContactForce, BringsTheCoefficientsOfHertzMindlin)
 {
-  // Each coefficient alone: change one input, look at the change of force.
+  // Test each coefficient alone: change one input and compare the change of force.
   BallPair<double> pair = random_pair(3);
   pair.velocity = pair.spin_i = pair.spin_j = pair.displacement = {0.0, 0.0, 0.0};
   const double distance = std::sqrt(pair.r2);
@@ -226,7 +228,7 @@ TEST(ContactForce, BringsTheCoefficientsOfHertzMindlin)
   const Vector3<double> zero{0.0, 0.0, 0.0}, rest = force(zero, zero);
   const double speed = 1e-3, shift = 1e-7;  // small: Coulomb's limit is not reached
   expect_close(rest, vector(k.normal_stiffness * overlap * normal), 1e-13);
-  // A change is known to round-off of the force at rest, about 1e-16 * 1e3 of itself.
+  // A change is known to the round-off of the force at rest, a fraction of about 1e-16 * 1e3.
   expect_close(force(speed * normal, zero) - rest, vector(-speed * k.normal_damping * normal),
                1e-11);
   expect_close(force(speed * along, zero) - rest, vector(-speed * k.tangential_damping * along),

@@ -11,7 +11,8 @@ using namespace millscale::contact;
 
 const Material paper_ball{2.0 * 2.3e7 * 1.3, 0.3, 2678.0};
 
-/// Relative speed after an impact over the speed before, by integrating the contact in small steps.
+/// Ratio of the relative speeds after and before an impact, by integrating the contact in small
+/// steps.
 double realised_restitution(const Pair& pair, double speed)
 {
   const double step = 1e-4 * hertz_collision_time(pair, speed);

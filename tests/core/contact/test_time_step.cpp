@@ -25,8 +25,9 @@ double excursion(double omega, double zeta, double dt)
   return largest;
 }
 
-/// Two balls in a sticking tangential contact that pushes and spins them: slip rate
-/// s' = v1 - v2 - r (w1 + w2). True if velocity Verlet with the half-step velocities stays bounded.
+/// Return whether velocity Verlet with the half-step velocities stays bounded. Two balls are in a
+/// sticking tangential contact whose force accelerates and spins them. Slip rate: s' = v1 - v2 - r
+/// (w1 + w2).
 bool tangential_contact_is_stable(const Pair& pair, double radius, double overlap, double dt)
 {
   const Coefficients c = coefficients(pair, overlap);
@@ -52,8 +53,8 @@ TEST(TimeStep, RayleighTimeOfThePapersBall)
 
 TEST(TimeStep, RayleighTimeIsTheTravelTimeOfARayleighWave)
 {
-  // At nu = 1/4 the Rayleigh speed is sqrt(2 - 2/sqrt(3)) of the shear speed; the fit is good to 1
-  // %.
+  // At nu = 1/4 the Rayleigh speed is sqrt(2 - 2/sqrt(3)) of the shear speed. The fit is within
+  // 1 %.
   const Material m{1e9, 0.25, 2500.0};
   const double speed = std::sqrt(2.0 - 2.0 / std::sqrt(3.0)) * std::sqrt(shear_modulus(m) / 2500.0);
   EXPECT_NEAR(rayleigh_time(m, 0.02) * speed / (millscale::pi * 0.02), 1.0, 0.01);
@@ -92,15 +93,15 @@ TEST(TimeStep, TangentialModeActsOnTwoSeventhsOfTheMass)
 
 TEST(TimeStep, BedOfThePaperIsLimitedToATenthOfAMillisecond)
 {
-  // Coordination 4, mean overlap 0.16 mm in the settled S = 2.6 mill: the stock scheme goes wrong
-  // between 1e-4 and 2e-4 s.
+  // Coordination 4, mean overlap 0.16 mm in the settled S = 2.6 mill. The stock scheme becomes
+  // unstable between 1e-4 and 2e-4 s.
   const Pair pair = ball_on_ball(paper_ball, 0.02, 0.1);
   EXPECT_NEAR(damping_time_step_limit(pair, 0.16e-3, 4.0), 1.0e-4, 0.05e-4);
 }
 
-/// Largest speed of the tangential mode of balls with many contacts in the worst phase, 2,000 steps
-/// from a push, with damping bounded by that of all contacts: x' = x + dt v, v' = v - dt (k x' + c
-/// v).
+/// Largest speed of the tangential mode in 2,000 steps from an initial speed. The balls have many
+/// contacts in the worst phase. Damping is limited by the sum over all contacts: x' = x + dt v, v'
+/// = v - dt (k x' + c v).
 double bounded_excursion(const Pair& pair, double overlap, double contacts, double dt)
 {
   const Coefficients c = coefficients(pair, overlap);
@@ -125,7 +126,7 @@ TEST(TimeStep, BoundedDampingIsStableUpToItsOwnLimit)
       const double bounded = damping_time_step_limit(pair, 0.16e-3, contacts, true);
       EXPECT_GE(bounded, plain);
       EXPECT_LT(bounded_excursion(pair, 0.16e-3, contacts, 0.99 * bounded), 50.0) << e << contacts;
-      // At small restitution the tangential mode binds, not the normal one.
+      // At small restitution the tangential mode sets the limit, not the normal mode.
       if (e < 0.5) {
         EXPECT_GT(bounded_excursion(pair, 0.16e-3, contacts, 1.01 * bounded), 1e6);
       }
@@ -164,7 +165,7 @@ TEST(TimeStep, ABedSinksIntoItselfByTheWeightAbove)
 {
   // The paper's S = 2.6 mill: 0.16 mm of 20 mm balls.
   EXPECT_NEAR(bed_overlap({5.98e7, 0.3, 2678.0}, 9.81, 1.5) * 20.0, 0.16, 0.005);
-  // An eighth of the modulus is four times the overlap.
+  // An eighth of the modulus gives four times the overlap.
   EXPECT_NEAR(
       bed_overlap({1e7, 0.3, 7800.0}, 9.81, 1.0) / bed_overlap({8e7, 0.3, 7800.0}, 9.81, 1.0), 4.0,
       1e-12);

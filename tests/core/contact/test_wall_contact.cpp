@@ -22,8 +22,7 @@ struct Touch {
   Vector normal, velocity, spin;
 };
 
-/// Force of a flat wall on the ball; advances the tangential displacement by dt, or leaves it as it
-/// is with dt = 0.
+/// Force of a flat wall on the ball. Advances the tangential displacement by dt; dt = 0 keeps it.
 ContactForce<double> wall_force(const Pair& pair, const Friction& friction, const Touch& touch,
                                 double dt, Vector& displacement)
 {
@@ -39,7 +38,7 @@ ContactForce<double> wall_force(const Pair& pair, const Friction& friction, cons
 
 struct Impact {
   Vector velocity, spin;
-  double largest_energy;  ///< over the energy before
+  double largest_energy;  ///< relative to the energy before
 };
 
 double kinetic(const Pair& pair, const Vector& v, const Vector& w)
@@ -48,8 +47,8 @@ double kinetic(const Pair& pair, const Vector& v, const Vector& w)
   return 0.5 * pair.mass * dot(v, v) + 0.5 * inertia * dot(w, w);
 }
 
-/// A ball meets the flat wall y = 0 at an incidence [rad] from the normal; velocity Verlet with
-/// forces at the half step, as the engine does it.
+/// Impact of a ball on the flat wall y = 0 at an incidence [rad] from the normal. Velocity Verlet
+/// with forces at the half step, as in the engine.
 Impact impact(double restitution, const Friction& friction, double speed, double incidence,
               double dt)
 {
@@ -117,7 +116,7 @@ TEST(WallContact, KineticEnergyNeverRisesAtAnyIncidence)
     for (double mu : {0.092, 0.5})
       for (int angle = 5; angle <= 85; angle += 5) {
         const Impact after = impact(e, {mu, 0.01}, 3.9, angle * degree, 5e-6);
-        // The springs give back at most what they took; 1e-3 is the error of the step.
+        // The elastic forces return at most the energy they stored; 1e-3 is the error of the step.
         EXPECT_LE(after.largest_energy, 1.0 + 1e-3) << e << " " << mu << " " << angle;
       }
 }
@@ -129,7 +128,8 @@ TEST(WallContact, GrossSlidingFollowsTheClosedForm)
   const Impact after = impact(e, {mu, 0.0}, speed, theta, 1e-6);
   EXPECT_NEAR(after.velocity[0] / (speed * std::sin(theta)), 1.0 - mu * (1 + e) / std::tan(theta),
               1e-3);
-  // The lever is the radius less half the overlap, so the spin falls short by at most that.
+  // The lever arm is the radius less half the overlap, so the spin is too small by at most this
+  // fraction.
   const double spin = 2.5 * mu * (1 + e) * speed * std::cos(theta) / ball_radius;
   const Pair pair = ball_on_wall(ball_material, ball_material, ball_radius, e);
   const double shortest = 1.0 - 0.5 * hertz_overlap(pair, speed * std::cos(theta)) / ball_radius;

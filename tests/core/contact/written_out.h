@@ -6,9 +6,9 @@
 #include "core/contact/hertz_mindlin.h"
 #include "core/math/vector.h"
 
-/// The force of two balls written out from the text of the law, sharing no formula with
+/// The force of two balls written out from the text of the law. It shares no formula with
 /// `contact::contact_force`: stiffness and damping from `coefficients`, surface velocities and
-/// torques from the levers to the point of contact.
+/// torques from the lever arms to the point of contact.
 namespace written_out {
 
 using millscale::cross;

@@ -36,7 +36,7 @@ TEST(ContactSums, ImpactsOfTheWindowGoToTheSpectrumAndAllToTheSums)
   sums.begin_contact(1e-3, 1.0);
   sums.in_window = true;
   sums.begin_contact(1e-3, 0.5);
-  sums.begin_contact(0.0, 1.0);  // they separate
+  sums.begin_contact(0.0, 1.0);  // separation
   EXPECT_DOUBLE_EQ(sums.impacts, 1.5);
   EXPECT_DOUBLE_EQ(sums.impact_energy, 1.5e-3);
   const int bin = ImpactSpectrum::bin_of(1e-3);
@@ -49,7 +49,7 @@ TEST(PairSums, AContactBeginsOnceUntilSeparation)
   PairSums sums;
   const int touching[] = {1, 0};
   sums.begin_list(touching, 2);
-  EXPECT_FALSE(sums.begins(0));  // carried over from the list before
+  EXPECT_FALSE(sums.begins(0));  // contact of the previous list
   EXPECT_TRUE(sums.begins(1));
   EXPECT_FALSE(sums.begins(1));
   sums.separated(1);
@@ -70,7 +70,7 @@ TEST(WorkSums, ARunInTwoPartsIsTheRunInOne)
   parts.step(power(2.0), power(3.0), 0.1);
   EXPECT_DOUBLE_EQ(whole.done.of_mill, 0.05 * (1.0 + 2.0));
   whole.step(power(4.0), power(5.0), 0.1);
-  // The engine evaluates the forces anew between two runs: the kick that waits is of those.
+  // The engine evaluates the forces anew between two runs; the waiting half kick uses these forces.
   parts.wait_for(power(3.0), 0.1);
   parts.step(power(4.0), power(5.0), 0.1);
   EXPECT_DOUBLE_EQ(parts.done.of_mill, whole.done.of_mill);

@@ -25,7 +25,7 @@ inline bool is_mixed(const Implementation& kernel)
   return kernel.evaluate == kernel.evaluate_mixed;
 }
 
-/// A cloud, its list and what a step leaves.
+/// A cloud, its list and the results of a step.
 struct Evaluation {
   Cloud cloud;
   PairList list;
@@ -94,7 +94,7 @@ struct Evaluation {
     return r2;
   }
 
-  /// One pair after the other, by the written-out law.
+  /// Evaluate one pair after the other, by the written-out law.
   void naively()
   {
     std::vector<double> sums(cloud.all(), 0.0);

@@ -16,10 +16,10 @@ void expect_close(const std::vector<std::array<double, 3>>& got,
       ASSERT_LE(std::abs(got[i][d] - expected[i][d]), accepted) << "ball " << i << " " << d;
 }
 
-/// The kernel leaves what the naive loop leaves. A force is known to the rounding of its overlap,
-/// 1e-16 of the distance; the tolerance, of the largest force, holds for overlaps that are not
-/// much below a hundredth of a radius where the force counts. A mixed kernel rounds each number to
-/// 6e-8; some twenty follow on each other in a force.
+/// Expect the results of the naive loop. A force is known to the rounding of its overlap, 1e-16 of
+/// the distance. The tolerance is relative to the largest force. It holds if the overlaps of large
+/// forces are not much below a hundredth of a radius. A mixed kernel rounds each number to 6e-8,
+/// with some twenty roundings in a force.
 void expect_as_naive(const Evaluation& start, const Implementation& kernel)
 {
   const double rounding = is_mixed(kernel) ? 1.2e-6 : 1e-12,
@@ -50,7 +50,8 @@ int touching(const Evaluation& step)
   return count;
 }
 
-/// `count` pairs of balls that overlap, and as many that are near, every pair by itself.
+/// `count` pairs of balls that overlap, and as many pairs that are near without overlap, far from
+/// all others.
 Cloud separate_pairs(int count, unsigned seed)
 {
   Cloud cloud = random_cloud({4 * count, 0.0, 0.015, 0.025, 2}, seed);
@@ -93,7 +94,7 @@ TEST(Kernel, OfEveryImplementationIsTheNaiveLoop)
 
 TEST(Kernel, TakesAnyNumberOfContacts)
 {
-  // Past twice the widest block of 128 too.
+  // Also counts beyond twice the widest block of 128.
   for (const Implementation& kernel : kernels())
     for (int count : {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12,  13,  14,  15, 16,
                       17, 23, 24, 25, 31, 32, 33, 39, 40, 63, 64, 65, 127, 128, 129, 300}) {
@@ -213,8 +214,8 @@ TEST(Kernel, AtSetUpUsesHistoriesAndKeepsThem)
 
 TEST(Kernel, GivesBallsThatBarelyTouchAFiniteForce)
 {
-  // At a distance of the radii, give or take a few rounding errors, all kernels must agree with
-  // themselves whether the balls touch: an overlap below 0 has no r2 root.
+  // The separation is the sum of the radii within a few rounding errors. Each kernel must decide
+  // contact consistently: for an overlap below 0 the square root is not finite.
   Cloud cloud;
   std::mt19937 random(12);
   std::normal_distribution<double> normal;

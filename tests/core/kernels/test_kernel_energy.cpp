@@ -49,8 +49,8 @@ TEST(KernelBudget, LoadsOfABallAddUpToItsForceAndTorque)
     }
 }
 
-/// Two ranks that each own half of the balls and see the others as ghosts say together what one
-/// rank says.
+/// Two ranks that each own half of the balls, with the other half as ghosts, have the same sum as
+/// one rank.
 TEST(KernelBudget, OfTwoRanksIsThatOfOne)
 {
   Cloud cloud = random_cloud({60, mixed_edge, 0.02, 0.02, 1}, 5);

@@ -6,7 +6,8 @@ namespace {
 
 using namespace kernel_test;
 
-/// Momentum and angular momentum about the origin of a cloud of balls, and the sums of their sizes.
+/// Momentum and angular momentum about the origin of a cloud of balls, and the sums of their
+/// magnitudes.
 struct Momenta {
   millscale::Vector linear{}, angular{};
   double linear_sizes = 0.0, angular_sizes = 0.0;
@@ -27,7 +28,7 @@ Momenta momenta(const Cloud& cloud)
   return total;
 }
 
-/// Sum of the sizes of all balls' changes of momentum in a step.
+/// Sum of the magnitudes of all balls' changes of momentum in a step.
 double impulses(const Evaluation& step)
 {
   double sum = 0.0;
@@ -35,7 +36,8 @@ double impulses(const Evaluation& step)
   return sum;
 }
 
-/// Velocities from forces, then positions from velocities: this keeps the angular momentum too.
+/// Update velocities from forces, then positions from velocities. This keeps the angular momentum
+/// too.
 void move(Evaluation& step, const Implementation& kernel)
 {
   using written_out::sum;
@@ -53,7 +55,7 @@ void move(Evaluation& step, const Implementation& kernel)
 TEST(Momentum, IsConservedToRoundOffInACloudWithoutWalls)
 {
   // Each of 300 steps rounds the sum by 1e-16 of its terms, with either sign. Mixed kernels also
-  // round what each ball gets from its contacts, of which it has up to a dozen; arms are below 1 m.
+  // round the force on each ball from up to a dozen contacts. Lever arms are below 1 m.
   for (const Implementation& kernel : kernels()) {
     Evaluation step(random_cloud({300, 0.25, 0.01, 0.03, 2}, 10), 0.05);
     const Momenta before = momenta(step.cloud);

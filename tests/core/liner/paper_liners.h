@@ -17,7 +17,8 @@ inline liner::Lifters parallel_mill(double phase = 0.0)
   return liner::Lifters(liner::Slopes{3.9, 3.61, 0.25, 0.0, 25, phase});
 }
 
-/// The paper's mill, coarse and flat lifters, the fewest lifters there can be, and no lifter.
+/// The paper's mill, coarse and flat lifters, the smallest number of lifters, and a drum without
+/// lifters.
 inline std::vector<liner::Lifters> various_liners()
 {
   using liner::Lifters;

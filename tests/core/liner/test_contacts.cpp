@@ -57,7 +57,8 @@ TEST(Contacts, DeepestIsTheNearestPointOfTheLiner)
 
 TEST(Contacts, ClearWayIsNoLongerThanTheDistanceToTheLiner)
 {
-  // Off the foot of a face it may be shorter; over all places it is mostly the distance itself.
+  // Off the foot of a face the clear distance may be shorter; over all positions it is mostly
+  // exact.
   std::mt19937 random(8);
   std::uniform_real_distribution<double> psi(-pi, pi), radius(3.4, 3.9);
   const ContactFinder finder(paper_mill, 0.5);
@@ -85,7 +86,7 @@ TEST(Contacts, AreTheSameWithWhateverGrooveBefore)
   std::mt19937 random(9);
   std::uniform_real_distribution<double> psi(-pi, pi), radius(3.57, 3.9);
   const ContactFinder finder(paper_mill, ball_radius);
-  LastSearch look;  // goes from place to place, so its groove is mostly another one
+  LastSearch look;  // positions are random, so the groove mostly changes
   for (int i = 0; i < 20'000; ++i) {
     const Point p = at(radius(random), psi(random));
     const Contacts fresh = finder.contacts(p, ball_radius),
@@ -138,7 +139,7 @@ TEST(Contacts, ConvexEdgeHasOneAtTheExactCorner)
 
 TEST(Contacts, NormalTurnsWithoutAJumpAroundALifter)
 {
-  // Along the path of a ball's centre that stays at 0.9 radii from face, edge and top.
+  // Along the path of a centre at a distance of 0.9 radii from face, edge and top.
   const Local corner = paper_mill.corner();
   const Frame frame(paper_mill.lifter_angle(0));
   const double distance = 0.9 * ball_radius, face = paper_mill.face_angle();
@@ -209,7 +210,7 @@ TEST(ContactsOfChords, AreOneOverAJointAndGoOnFromChordToChord)
   for (const Piece& piece : chords.pieces())
     if (piece.face == Face::groove) widest = std::max(widest, piece.length);
   const ContactFinder finder(chords, ball_radius);
-  // Along the groove at one distance from the axis, over all its joints.
+  // Along the groove at a constant distance from the axis, over all its joints.
   const double distance = 3.9 - 0.8 * ball_radius, last = 0.9 * paper_mill.groove_half_angle();
   const double step = 1e-4;
   double before = -1.0;

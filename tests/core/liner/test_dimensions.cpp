@@ -153,7 +153,8 @@ TEST(DimensionErrors, FaceAngleKeepsLiftersApartAndFacesFromLeaningOver)
   EXPECT_NE(with_angle(0.5 * pi).find("pi/2"), std::string::npos);
   const std::string overlapping = with_angle(1.3);
   EXPECT_NE(overlapping.find("overlap at the foot"), std::string::npos);
-  // The limit it names is one: a little less is accepted, a little more is not.
+  // The reported limit is exact: a slightly smaller value is accepted, a slightly larger value is
+  // not.
   const double limit = std::stod(overlapping.substr(overlapping.find("< ") + 2));
   EXPECT_EQ(with_angle(limit - 1e-6), "");
   EXPECT_NE(with_angle(limit + 1e-6), "");

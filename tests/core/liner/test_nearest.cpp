@@ -33,7 +33,7 @@ double distance_to_segment(Point p, Point a, Point b)
   return length(ap - Point{clamped * ab.x, clamped * ab.z});
 }
 
-/// Distance and inside by going through every edge of a polygon.
+/// Distance, and whether the point is inside, by checking every edge of a polygon.
 double brute_force_distance(const Polygon& p, Point q)
 {
   double best = INFINITY;
@@ -169,13 +169,13 @@ TEST(Nearest, AConvexEdgeIsRoundedByTheDistance)
 TEST(Nearest, TiesAreResolvedTheSameWayEveryTime)
 {
   const Lifters liner = trapezoid_mill();
-  // High above groove 0 the corners of both lifters are equally near: the one ahead is taken, and
-  // of its two faces the side.
+  // High above groove 0 the corners of both lifters are equally near. The corner ahead is returned,
+  // and of its two faces the side.
   const Nearest middle = nearest(liner, {0.0, -3.4});
   EXPECT_EQ(middle.face, Face::trailing);
   EXPECT_EQ(middle.sector, 1);
   EXPECT_LT(middle.point.x, 0.0);
-  // At a foot, groove and face meet: the groove is taken.
+  // At a foot, where groove and face join, the groove is returned.
   EXPECT_EQ(nearest(liner, Frame(liner.lifter_angle(0)).point(liner.foot())).face, Face::groove);
   const Nearest axis = nearest(liner, {0.0, 0.0});
   EXPECT_NEAR(axis.distance, 3.61, 1e-14);

@@ -20,8 +20,8 @@ using namespace millscale::liner;
 using millscale::pi;
 using namespace millscale::test;
 
-/// A sector that no maker makes: a steep and a flat face, a rounded crest and a rounded edge, two
-/// grooves, of which one is an arc that is not centred on the axis. It is not symmetric.
+/// An asymmetric sector that no manufacturer makes: a steep and a flat face, a rounded crest, a
+/// rounded edge and two grooves. One groove is an arc that is not centred on the axis.
 Profile made_up(int sectors = 9, double phase = 0.4)
 {
   const double half = pi / sectors;
@@ -38,11 +38,11 @@ Profile made_up(int sectors = 9, double phase = 0.4)
           phase};
 }
 
-/// Crests and valleys of arcs that join smoothly: no corner at all.
+/// Crests and valleys of arcs with smooth joints, without corners.
 Profile smooth_wave(int sectors)
 {
-  // Two circles of the radius r touch on the sector's border and on its middle: their centres lie
-  // at 1 + r and at R - r, the angle between them is half a pitch.
+  // Two circles of the radius r touch on the sector's border and on its middle. Their centres lie
+  // at 1 + r and at R - r; the angle between them is half a pitch.
   const double half = pi / sectors, valley = 0.9;
   // |valley - crest|^2 = (2 r)^2 with the crest's centre at distance q.
   const double q = 1.02,
@@ -55,7 +55,7 @@ Profile smooth_wave(int sectors)
           0.1};
 }
 
-/// Profiles that are not of trapezoids, one that is, and one of many pieces.
+/// Profiles that are not trapezoids, a trapezoidal profile, and a profile of many pieces.
 std::vector<Profile> profiles()
 {
   return {made_up(),
@@ -80,7 +80,7 @@ std::vector<Point> samples(const Profile& profile, int per_piece)
           result.push_back(frame.point(piece.begin + share * (piece.end - piece.begin)));
           continue;
         }
-        // By the angle between the ends, not by the middle.
+        // Angle from the ends of the arc, not from its middle.
         const Local from = piece.begin - piece.centre, to = piece.end - piece.centre;
         const double sweep = std::atan2(cross(from, to), dot(from, to));
         result.push_back(frame.point(piece.centre + turned(from, share * sweep)));
@@ -101,7 +101,7 @@ std::vector<Point> random_points(double radius, int count)
   return points;
 }
 
-/// By counting crossings of a ray with the sampled outline.
+/// Return whether a point is inside, by counting crossings of a ray with the sampled outline.
 bool within(const std::vector<Point>& outline, Point q)
 {
   bool result = false;
@@ -213,7 +213,7 @@ TEST(Profile, ContactsLieOnTheLinerEachOnAnotherSurfaceTheDeepestAtTheNearestPoi
 
 TEST(Profile, OverlapChangesNoFasterThanTheCentreMovesOverJointsAndEdges)
 {
-  // Around each liner at one distance from it: no jump at any joint, edge or border of sectors.
+  // Around each liner at a constant distance: no jump at any joint, edge or border of sectors.
   for (const Profile& profile : profiles()) {
     const double radius = 0.02 * profile.radius(), step = 1e-4 * radius;
     const ContactFinder finder(profile, radius);

@@ -36,7 +36,7 @@ TEST(MillFrame, TheDefaultAxisIsYAndTheBottomMovesToMinusX)
 
 TEST(MillFrame, APointThatTurnsWithTheMillRestsInTheTurningFrame)
 {
-  // Rodrigues' formula turns the point in space; both ways lead to the same point at rest.
+  // Rodrigues' formula turns the point in space; both ways give the same point at rest.
   const MillPoint rest = frame.point(position.data());
   for (const double angle : {0.3, -2.0, 4.0}) {
     const Vector turned = rotated(frame.arm(position), frame.axis(), angle);

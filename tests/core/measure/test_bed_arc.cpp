@@ -19,7 +19,7 @@ std::vector<double> step(std::size_t bins, Arc arc, double inside, double outsid
   return value;
 }
 
-/// Sum of the squared distances from the step with its best levels: the definition.
+/// Sum of squared residuals of the step with its best levels, by definition.
 double misfit(const std::vector<double>& value, Arc arc)
 {
   std::vector<double> in, out;
@@ -80,7 +80,7 @@ TEST(BedArc, IsTheLeastSquaresStepOfANoisyCharge)
         least = std::min(least, misfit(value, {first, count}));
     const auto arc = bed_arc(value);
     ASSERT_TRUE(arc);
-    EXPECT_NEAR(misfit(value, *arc), least, 1e-9 * least);  // another arc may do as well
+    EXPECT_NEAR(misfit(value, *arc), least, 1e-9 * least);  // another arc may fit equally well
   }
 }
 

@@ -59,7 +59,7 @@ TEST(ChargeSums, HoldTheMassOfTheBoxThatStaysAndOfTheBoxThatTurns)
   sum.start(turned);
   for (int i = 0; i < 3; ++i) sum.add(at(fixed.point({3.8, 0.1 * i - 0.1})));
   sum.add(at(rotating.point({3.7, 0.0})));
-  for (int i = 0; i < 4; ++i) sum.add(at({0.1 * i, 0.0}));  // in neither
+  for (int i = 0; i < 4; ++i) sum.add(at({0.1 * i, 0.0}));  // in neither region
   const Summary s = sum.summary();
   EXPECT_NEAR(s.box_fixed, 3.0 / 8.0, 1e-15);
   EXPECT_NEAR(s.box_rotating, 1.0 / 8.0, 1e-15);
@@ -67,7 +67,8 @@ TEST(ChargeSums, HoldTheMassOfTheBoxThatStaysAndOfTheBoxThatTurns)
 
 TEST(ChargeSums, FindToeAndShoulderOfABedWithFlyingBalls)
 {
-  // A layer along the wall from the shoulder, through the bottom, to the toe; others fly.
+  // A layer along the wall from the shoulder, through the bottom, to the toe; the other balls are
+  // in flight.
   std::mt19937 random(1);
   for (const auto& [shoulder, toe] : {std::pair{1.0, 4.1}, {-0.3, 2.0}, {2.9, 3.4}}) {
     ChargeSums sum = sums();
@@ -77,7 +78,7 @@ TEST(ChargeSums, FindToeAndShoulderOfABedWithFlyingBalls)
       sum.add(at(from_top(radius(random), bed(random))));
     for (int i = 0; i < 2000; ++i) sum.add(at(from_top(radius(random), all(random))));
     const Summary s = sum.summary();
-    // 22 balls a bin in the bed, 1.8 outside: the ends are not missed by more than a bin.
+    // 22 balls a bin in the bed, 1.8 outside: the ends are found within a bin.
     EXPECT_NEAR(s.shoulder, shoulder, sum.resolution()) << shoulder;
     EXPECT_NEAR(s.toe, toe, sum.resolution()) << toe;
   }
@@ -142,7 +143,7 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
   one.add_overlap(0.2);
   ChargeSums::merge(half.numbers().data(), other.numbers().data(), other.numbers().size());
   const Summary a = one.summary(), b = other.summary();
-  // 3,000 additions in another order.
+  // The same 3,000 balls are added in another order.
   EXPECT_NEAR(a.kinetic_translation, b.kinetic_translation, 1e-12 * a.kinetic_translation);
   EXPECT_NEAR(a.centre_z, b.centre_z, 1e-12);
   EXPECT_NEAR(a.angular_momentum, b.angular_momentum, 1e-12 * a.angular_momentum);

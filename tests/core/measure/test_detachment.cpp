@@ -116,7 +116,7 @@ TEST(Observe, TellsLinerContactLostFromFreeFlight)
 {
   Record ball;
   observe(ball, mill(), on_liner(2.0, 0.1), 1.0);
-  Observation on_lifter = free_at(0.95, 2.1, 0.2);  // rides the lifter's face
+  Observation on_lifter = free_at(0.95, 2.1, 0.2);  // on the lifter's face
   on_lifter.wall_contact = on_lifter.contact_force = true;
   EXPECT_TRUE(observe(ball, mill(), on_lifter, 1.0).liner_off);
   EXPECT_EQ(ball.flight.count, 0.0);
@@ -133,7 +133,7 @@ TEST(Observe, ABallCarriedByTheMillIsNotInFlight)
 {
   Record ball;
   observe(ball, mill(), on_liner(0.0, 0.0), 1.0);
-  // No force for a while, but moving with the mill by far more than its radius.
+  // No contact force for a distance of many radii, but the ball moves with the mill.
   for (int i = 1; i < 20; ++i) observe(ball, mill(), free_at(0.98, 0.1 * i, 0.1 * i), 1.0);
   EXPECT_EQ(ball.flight.count, 0.0);
 }
@@ -172,7 +172,8 @@ TEST(Observe, ScalesWithTheBallRadius)
 
 constexpr Drive drive{1.6, 9.81};
 
-/// In contact with balls at polar angle psi, moving with the mill but for a radial speed.
+/// Observation in contact with balls at polar angle psi, moving with the mill except for a radial
+/// speed.
 Observation among_balls(double radius, double psi, double mill_angle, double apart)
 {
   Observation now = free_at(radius, psi, mill_angle);
@@ -184,7 +185,7 @@ Observation among_balls(double radius, double psi, double mill_angle, double apa
 
 TEST(Observe, WhatMayNotConfirmChangesNothing)
 {
-  // A ball that wanders near the groove and now and then touches it, other balls, or nothing.
+  // A ball that moves near the groove, with occasional contacts with the groove or other balls.
   std::mt19937 random(3);
   std::uniform_int_distribution<int> choice(0, 9);
   std::normal_distribution<double> step(0.0, 0.004);

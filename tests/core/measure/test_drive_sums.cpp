@@ -34,7 +34,7 @@ TEST(DriveSums, TellTheAlternatingPartOfATorque)
   for (const int steps : {1, 2, 7, 30, 31})
     for (const int last : {100, 101}) {
       DriveSums sums;
-      sums.add(50.0, 0.0, 1.0, last - steps);  // of the interval before
+      sums.add(50.0, 0.0, 1.0, last - steps);  // of the previous interval
       sums.begin_interval();
       for (int step = last - steps + 1; step <= last; ++step)
         sums.add(5.0 + (step % 2 == 0 ? 0.25 : -0.25), 0.0, 1.0, step);

@@ -18,13 +18,13 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 TEST(Guard, NoBallOfTheMillIsFasterThanAThrowAndAFall)
 {
-  // Energy of a ball thrown from the top, in a mill whose speed is small, and one without gravity.
+  // Energy of a ball thrown from the top: once at mill speed 0, once without gravity.
   EXPECT_NEAR(charge::plausible_speed({2.0, 0.02, 9.81, 0.0}), 2.0 * std::sqrt(2.0 * 9.81 * 4.0),
               1e-12);
   EXPECT_NEAR(charge::plausible_speed({2.0, 0.02, 0.0, 3.0}), 2.0 * 2.0 * 6.0, 1e-12);
 }
 
-/// The definition: ball by ball.
+/// The definition, evaluated ball by ball.
 std::size_t naive_first_beyond(const std::vector<double>& v, double limit)
 {
   for (std::size_t i = 0; i < v.size() / 3; ++i)
@@ -56,7 +56,7 @@ TEST(Guard, ABallIsAtFaultWhereItsCentreIsInTheWallOrItsOverlapIsOverTheLimit)
     int beyond = 0, deep = 0, fine = 0;
     for (int i = 0; i < 20000; ++i) {
       const liner::Point p{anywhere(random), anywhere(random)};
-      // Another way: by the nearest point, not by faces.
+      // Evaluated another way: by the nearest point, not by faces.
       const double distance = liner::nearest(liner, p).distance;
       const auto fault = guard.fault(p, radius);
       if (std::abs(distance) < 1e-9 || std::abs(distance - (1.0 - limit) * radius) < 1e-9) continue;
@@ -134,12 +134,12 @@ TEST(Guard, OfMaterialAndStepTheOneFartherFromItsUsualMeasureComesFirst)
     c.bed_overlap = 0.1;  // twice the usual; 0.6 is three times the usual
     EXPECT_EQ(charge::causes(c)[0].rfind("the time step", 0) == 0, step > 0.5);
   }
-  EXPECT_EQ(charge::causes({})[0], "the time step (a shorter timestep)");  // nothing is known
+  EXPECT_EQ(charge::causes({})[0], "the time step (a shorter timestep)");  // none known
 }
 
 TEST(Guard, NoCauseNamesAnotherFault)
 {
-  // mill_campaign/failures classifies the sentence by these words.
+  // millscale.workflow.failures classifies the message by these words.
   charge::Circumstances c;
   c.walls = c.compared = false;
   c.past_open_end = c.hole = true;

@@ -10,7 +10,7 @@ namespace {
 using millscale::charge::MonitoringBox;
 using namespace millscale::liner;
 
-/// Inside a quadrilateral, corner by corner: left of all four sides or right of all.
+/// Return whether a point is inside a quadrilateral: left of all four sides or right of all.
 bool inside(const std::array<Point, 4>& corner, Point p)
 {
   int left = 0;

@@ -33,7 +33,7 @@ double searched(OverlapSearch& search, const std::vector<Sphere>& spheres)
 TEST(OverlapSearch, EqualsAllPairsInRandomChargesOfAllShapes)
 {
   std::mt19937 random(3);
-  OverlapSearch search;  // one for all: its storage must not remember
+  OverlapSearch search;  // reused: earlier trials must not affect it
   for (int trial = 0; trial < 300; ++trial) {
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     const double size[3] = {0.1 + unit(random), 0.1 + unit(random), 0.1 + unit(random)};
@@ -42,7 +42,7 @@ TEST(OverlapSearch, EqualsAllPairsInRandomChargesOfAllShapes)
     for (Sphere& s : spheres)
       s = {size[0] * unit(random) - 5.0, size[1] * unit(random), size[2] * unit(random) + 2.0,
            0.03 * (smallest + (1.0 - smallest) * unit(random))};
-    // The same arithmetic but for the order of two additions.
+    // The same arithmetic except for the order of two additions.
     EXPECT_NEAR(searched(search, spheres), of_all_pairs(spheres), 1e-15);
   }
 }

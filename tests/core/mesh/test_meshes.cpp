@@ -70,7 +70,7 @@ TEST(Meshes, AWaveHasTheFoldsOfItsSection)
   std::vector<double> radii;
   for (int k = 0; k < 96; ++k) radii.push_back(1.22 + 0.03 * std::cos(16.0 * pi * k / 96.0));
   const CurvatureRange range = curvature_range(wall(radii), y_axis);
-  // Another way: by the turn of the section's direction, which is positive in a valley.
+  // Evaluated another way: by the turn of the section's direction, which is positive in a valley.
   const auto node = [&](int k) {
     const double angle = 2.0 * pi * k / 96.0, r = radii[static_cast<std::size_t>((k + 96) % 96)];
     return std::pair{r * std::cos(angle), r * std::sin(angle)};
@@ -105,7 +105,7 @@ TEST(Meshes, RoundingOfAFlatFaceIsNoFold)
 
 TEST(Meshes, TheWallAroundAnAxisIsAsFarAsItIs)
 {
-  // Tilted axis, off the origin: the mesh is made around y and moved.
+  // Tilted axis, off the origin: the mesh is built around y and then moved.
   const double c = std::cos(0.4), s = std::sin(0.4);
   Mesh mesh = wall(std::vector<double>(200, 0.3));
   for (Triangle& t : mesh)

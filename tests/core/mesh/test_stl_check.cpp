@@ -12,7 +12,7 @@ namespace {
 
 using millscale::mesh::StlCheck;
 
-/// Of the file, or "" if nothing is wrong.
+/// Fault of the file, or "" if there is none.
 std::string fault(const std::string& content, const std::string& name = "m.stl")
 {
   std::istringstream file(content);
@@ -47,14 +47,14 @@ std::string replaced(std::string where, const std::string& what, const std::stri
 TEST(StlCheck, WhatTheEngineReadsRightIsAccepted)
 {
   EXPECT_EQ(fault(text), "");
-  EXPECT_EQ(fault("\n" + text), "");                                    // takes it for text
+  EXPECT_EQ(fault("\n" + text), "");                                    // read as text
   EXPECT_EQ(fault(text + "\n" + text), "");                             // two solids
-  EXPECT_EQ(fault(replaced(text, "outer", "color 1 0 0\nouter")), "");  // passes over it
+  EXPECT_EQ(fault(replaced(text, "outer", "color 1 0 0\nouter")), "");  // line is ignored
   std::string crlf;
   for (const char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
   EXPECT_EQ(fault(crlf), "");
   EXPECT_EQ(fault(binary("exported", 3, 3)), "");
-  EXPECT_EQ(fault(binary("solidworks", 3, 3)), "");  // another word than solid
+  EXPECT_EQ(fault(binary("solidworks", 3, 3)), "");  // header word other than solid
   EXPECT_EQ(fault(binary("exported", 3, 3) + "more"), "");
   EXPECT_EQ(fault(binary(std::string(80, '\0'), 3, 3)), "");
   EXPECT_EQ(fault(binary("", 256, 256)), "");
@@ -87,7 +87,7 @@ TEST(StlCheck, UpperCaseIsNoTextToTheEngine)
 
 TEST(StlCheck, AnyCutIsSeen)
 {
-  // Behind its last word a text is whole.
+  // A text is complete once `endsolid` is; the name may be cut.
   for (std::size_t size = 1; size < text.size() - std::strlen(" mill\n"); ++size)
     EXPECT_NE(fault(text.substr(0, size)), "") << size;
   EXPECT_EQ(fault(text.substr(0, text.find("endsolid"))),

@@ -47,7 +47,7 @@ struct CloudSize {
   int ghosts = 0;
 };
 
-/// Balls at random in a cube about the origin, with random velocities and spins.
+/// Random balls in a cube about the origin, with random velocities and spins.
 inline Cloud random_cloud(const CloudSize& size, unsigned seed)
 {
   std::mt19937 random(seed);
@@ -85,8 +85,8 @@ inline void build_within(millscale::neighbor::PairList& list, const Cloud& cloud
   build_within(list, grid, cloud, gap, list_partners);
 }
 
-/// The implementations that this machine supports. Each mixed kernel is one more implementation,
-/// whose `evaluate` is the mixed one.
+/// The implementations that this machine supports. Each mixed kernel is a further implementation,
+/// whose `evaluate` is the mixed kernel.
 inline std::vector<millscale::kernels::Implementation> kernels()
 {
   std::vector<millscale::kernels::Implementation> found, mixed;

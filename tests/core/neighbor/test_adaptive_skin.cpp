@@ -12,13 +12,13 @@ using millscale::Vector;
 
 constexpr double most = 0.01;
 
-/// Turns about an axis of no special direction through a place that is not the origin.
+/// Turns about a tilted axis through a point off the origin.
 TurningFrame mill()
 {
   return {{0.3, -0.2, 0.1}, {2.0 / 7.0, 6.0 / 7.0, -3.0 / 7.0}, 2.5};
 }
 
-/// Every ball moves with the frame.
+/// Cloud in which every ball moves with the frame.
 Cloud carried_along(const TurningFrame& frame)
 {
   Cloud cloud = random_cloud({800, 0.45, 0.01, 0.02}, 21);
@@ -126,7 +126,7 @@ TEST(AdaptiveSkin, IsThatOfTheFastestBallNearby)
   for (int i = 0; i < cloud.all(); ++i) {
     const double least = AdaptiveSkin::min_share * cloud.radius[i];
     const double of_ball = skin.data()[i];
-    if (separation(cloud, i, fast) <= cell * 0.98) {  // in the cells around, wherever they begin
+    if (separation(cloud, i, fast) <= cell * 0.98) {  // in the nearby cells for any grid origin
       EXPECT_NEAR(of_ball, least + time * speed, 1e-15);
       ++near;
     } else if (separation(cloud, i, fast) > 2.0 * std::sqrt(3.0) * cell * 1.3) {
@@ -155,7 +155,7 @@ TEST(AdaptiveSkin, UniformIsNeverExceeded)
   EXPECT_FALSE(exceeded(skin, cloud, 1.0));
 }
 
-/// The list of a cloud with skin by speed; then every ball goes anywhere within its own.
+/// Builds the list of a cloud with adaptive skin, then moves every ball by up to its skin.
 TEST(AdaptiveSkin, GivesAListThatMissesNoContactUntilItIsExceeded)
 {
   const TurningFrame frame = mill();
@@ -180,7 +180,7 @@ TEST(AdaptiveSkin, GivesAListThatMissesNoContactUntilItIsExceeded)
     }
     turn(cloud, frame, 0.3);
     ASSERT_FALSE(exceeded(skin, cloud, 0.3));
-    std::fill(list.touching.begin(), list.touching.end(), 1);  // only what is listed is asked
+    std::fill(list.touching.begin(), list.touching.end(), 1);  // only listed pairs are checked
     const auto missed = missed_contact(list, cloud.view());
     EXPECT_FALSE(missed) << missed->i << ' ' << missed->j << ' ' << missed->overlap;
     for (int i = 0; i < list.nlocal(); ++i)

@@ -13,7 +13,7 @@ using namespace millscale::kernels;
 using namespace millscale::neighbor;
 
 using History = std::array<double, 3>;
-/// Contact history on the ball with the first tag, with the ball with the second tag.
+/// Contact history by two tags: of the ball that stores the history, then of the other ball.
 using Known = std::map<std::array<int, 2>, History>;
 
 /// A rank's balls with their tags and list.
@@ -119,7 +119,7 @@ TEST(HistoryTransfer, HistoriesFollowTheirBallsWhateverTheirOrder)
   transfer_history(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(),
                    rank.tag.data());
   EXPECT_GT(expect_known(rank, known), 400);
-  int turned = 0;  // the other ball has the pair now: the test sees the sign
+  int turned = 0;  // pair moved to the other ball: the sign is tested
   rank.for_entries([&](int, int i, int j) {
     const int a = order[i], b = order[j];
     if (b >= old.cloud.nlocal()) return;
@@ -135,7 +135,7 @@ TEST(HistoryTransfer, ABallThatHasLeftIsAGhostOfItsContacts)
   const Known known = known_of(old);
   std::vector<int> order(300);
   std::iota(order.begin(), order.end(), 0);
-  Rank rank = reordered(old, order, 180);  // 40 have left and come back as ghosts
+  Rank rank = reordered(old, order, 180);  // 40 have left and are ghosts now
   transfer_history(old.list, old.tag, now(old, order, 180), rank.list, rank.cloud.view(),
                    rank.tag.data());
   EXPECT_GT(expect_known(rank, known), 300);
@@ -174,7 +174,7 @@ TEST(HistoryTransfer, AContactThatAPeriodicEndCutsKeepsItsHistoryOnBothBalls)
   for (int d = 0; d < 3; ++d) old.list.displacement[d] = 1e-6 * (d + 1);
   const Known known = known_of(old);
 
-  Rank rank;  // the first ball has left through the lower end and come in at the upper one
+  Rank rank;  // the first ball has crossed the periodic border
   rank.cloud.add({0.0, length, 0.0}, 0.02);
   rank.cloud.add({0.0, 0.03, 0.0}, 0.02);
   rank.cloud.add({0.0, 0.0, 0.0}, 0.02);

@@ -11,7 +11,7 @@ using namespace millscale::neighbor;
 using Pairs = std::vector<std::array<int, 2>>;
 
 /// List by definition: each local ball with every later ball whose surface is within the gap.
-/// Rounding may put a pair at the very reach on either side: `slack` is relative to the reach.
+/// Rounding may put a pair exactly at the limit on either side. `slack` is relative to the limit.
 Pairs brute_force(const Cloud& cloud, double gap, double slack = 0.0)
 {
   Pairs found;
@@ -32,7 +32,7 @@ Pairs pairs_of(const PairList& list)
     for (int k = 0; k < list.partners[i]; ++k) {
       EXPECT_EQ(list.own[list.first[i] + k], i);
       const int j = list.other[list.first[i] + k];
-      found.push_back({std::min(i, j), std::max(i, j)});  // either may have the pair
+      found.push_back({std::min(i, j), std::max(i, j)});  // either ball may hold the pair
     }
   EXPECT_EQ(found.size(), static_cast<std::size_t>(list.entries));
   std::sort(found.begin(), found.end());
@@ -48,7 +48,7 @@ void expect_brute_force(const PairList& list, const Cloud& cloud, double gap, co
   EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end()) << scene << ": twice";
 }
 
-/// The list by the best kernel; each kernel has its own test.
+/// The list by the fastest kernel; each kernel has its own test.
 void build(PairList& list, const Cloud& cloud, double gap)
 {
   build_within(list, cloud, gap, best_implementation().list_partners);
@@ -57,7 +57,7 @@ void build(PairList& list, const Cloud& cloud, double gap)
 struct Scene {
   const char* name;
   Cloud cloud;
-  int at_least;  ///< pairs, so that the scene tests something
+  int at_least;  ///< least number of pairs, so that the scene is a test
 };
 
 Cloud dense()
@@ -108,8 +108,8 @@ Cloud of_negative_coordinates()
   return cloud;
 }
 
-/// Centres on the borders of cells: a lattice as wide as the reach, with its twin one rounding
-/// error off.
+/// Centres on the borders of cells: a lattice with the spacing of the cells, and a copy moved by a
+/// rounding error.
 Cloud on_the_borders_of_cells(double reach)
 {
   Cloud cloud;
@@ -167,7 +167,7 @@ TEST(PairList, HasThePairsAtTheVeryReachWhateverTheRounding)
   // 129 of these spacings, times one over the spacing, is rounded to less than 129.
   const double spacing = 0.06120876588780821;
   Cloud cloud;
-  for (int i = 0; i < 400; ++i)  // two lines: cells of one alone would be wider
+  for (int i = 0; i < 400; ++i)  // two lines, since cells of a single line are wider
     cloud.add({spacing * (i / 2), 0.1 * spacing * (i % 2), 0.0}, spacing / 4);
   PairList list;
   build(list, cloud, spacing / 2);

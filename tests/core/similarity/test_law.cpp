@@ -23,13 +23,13 @@ ScalingRequest request(double S, Scheme scheme, Policy policy = Policy::paper)
   return {S, scheme, policy, scheme == Scheme::froude ? 0.7 : 0.0, false};
 }
 
-/// Froude number of the path of the ball's centre.
+/// Froude number on the path of the ball's centre.
 double centre_froude(const OperatingPoint& mill)
 {
   return froude_number(mill.radius - mill.ball_radius, mill.gravity, mill.omega);
 }
 
-/// Text of the error that scaling raises; empty if it raises none.
+/// Message of the error that scaling throws; empty if scaling throws none.
 std::string error_of(const OperatingPoint& mill, const ScalingRequest& wanted)
 {
   try {
@@ -75,7 +75,7 @@ TEST(Law, Tables6And7OfThePaper)
     const auto rows = paper_table(file);
     ASSERT_EQ(rows.size(), 6u);
     for (const auto& row : rows) {
-      // The paper computed with the rounded S it prints: 3.9 / 2.3 would give 5.785, printed 5.79.
+      // The paper computed with its rounded S: 3.9 / 2.3 would give 5.785, but 5.79 is printed.
       const double S = number(row, "S");
       const ScaledMill scaled = scale(paper_mill, request(S, scheme));
       EXPECT_NEAR(scaled.mill.gravity, number(row, "gravity_m_s2"), printed) << file << " S " << S;

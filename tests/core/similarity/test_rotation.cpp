@@ -31,10 +31,10 @@ TEST(Rotation, AngleAfterTenMillionStepsIsExactToRoundOff)
 {
   const Rotation mill = turning_since(0.0);
   const double expected = 1.1 * (10'000'000 * 1e-5);
-  // Three roundings (two products, one sum) of relative size 2^-53 each.
+  // Three roundings (two products and a sum), each with a relative error of 2^-53.
   EXPECT_NEAR(mill.angle(10'000'000), expected, 3.0 * std::ldexp(expected, -53));
 
-  double summed = 0.0;  // what accumulating increments would give
+  double summed = 0.0;  // result of accumulated increments
   for (int step = 0; step < 10'000'000; ++step) summed += 1.1 * 1e-5;
   EXPECT_GT(std::abs(summed - expected), 1e3 * std::ldexp(expected, -53));
 }
