@@ -21,7 +21,7 @@ from synthetic_case import case_document, typed
 
 
 def charge(length=0.3846, balls=13370, surface="fast", wall="analytic", ledger="off"):
-    """The S = 2.6 mill of docs/results/performance.md: 300 panels, skin 15 mm, of ours 20."""
+    """Return the S = 2.6 mill of docs/results/performance.md: 300 panels, skin 15 or 20 mm."""
     document = case_document("multi-ball", "constant-gravity", "paper", 2.6, balls)
     document["mill"]["simulated_length_m"] = length
     document["domain"]["skin_m"] = 0.020 if surface == "fast" else 0.015

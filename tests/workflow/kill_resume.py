@@ -183,7 +183,7 @@ def _ranks(process: psutil.Process) -> list[psutil.Process]:
 
 
 def _at_work(campaign: Campaign, process: psutil.Process) -> tuple[str, psutil.Process] | None:
-    """The stage at work and the process that runs it, a child of this command's."""
+    """Return the running stage and its process, a child of this command."""
     with contextlib.suppress(psutil.Error, OSError, ValueError, KeyError):
         record = json.loads((campaign.case / "stage.json").read_text())
         for child in process.children(recursive=True):
@@ -364,7 +364,7 @@ def _compare_rows(series: Path, reference: Path) -> tuple[int, int]:
 
 
 def differences(case: Path, reference: Path) -> dict:
-    """Of the finished case from the uninterrupted one: 0 and empty if they are the same."""
+    """Return how the finished case differs from the uninterrupted one: 0 and empty if equal."""
     with (case / "series.csv").open() as a, (reference / "series.csv").open() as b:
         mine, theirs = list(csv.DictReader(a)), list(csv.DictReader(b))
     largest = {
