@@ -94,7 +94,7 @@ class ContactFinder {
     return contacts(p, ball_radius, last);
   }
 
-  /// The same contacts, found faster with the result of the ball's last search, which is updated.
+  /// The same contacts, found faster with the result of the ball's last search. `last` is updated.
   Contacts contacts(Point p, double ball_radius, LastSearch& last) const
   {
     const double distance = std::sqrt(p.x * p.x + p.z * p.z);

@@ -124,8 +124,7 @@ inline Lifters scaled(const Lifters& liner, double S)
                         liner.phase()});
 }
 
-/// The same offset by the lifters' dimensions: face angles stay.
-/// Throws std::invalid_argument if nothing is left of lifter, groove or drum.
+/// The liner with arcs, faces and tops moved by `distance` towards the axis; face angles stay.
 inline Lifters offset(const Lifters& liner, double distance)
 {
   require_finite("offset", distance);

@@ -153,7 +153,7 @@ inline std::string text(const Vector& v)
 /// Possible causes of a fault, as far as the rank that found it knows them.
 struct Circumstances {
   bool walls = true;           ///< there is a wall
-  bool compared = true;        ///< the wall is that of the mill
+  bool compared = true;        ///< the wall is known to have the mill's radius
   bool past_open_end = false;  ///< the ball is beyond an end of the mill without a wall
   bool hole = false;           ///< the mesh has no triangle in the direction of the ball
   double wobble = 0.0;         ///< of the mesh, in radii of the mill

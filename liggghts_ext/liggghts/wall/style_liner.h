@@ -15,15 +15,15 @@
 
 namespace LAMMPS_NS {
 
-/// The liner that a style works with. That is the one its fix mill/similarity states. Decks of
-/// before state it in the arguments of each style instead; where the mill states one too, and
-/// between such styles, arguments must describe the same liner within rounding of a deck.
+/// The liner of a style: the liner that its fix mill/similarity states, if any. Older decks state
+/// the liner in the arguments of each style. All liners of a mill, stated by its fix or by
+/// arguments, must agree within rounding of a deck.
 class StyleLiner {
  public:
   StyleLiner(const Modify* modify, const FixMillSimilarity& mill) : modify_(modify), mill_(mill) {}
 
-  /// The liner of a wall with these arguments. Throws std::invalid_argument with both numbers where
-  /// they differ from the mill's.
+  /// The liner of a wall with these arguments. Throws std::invalid_argument with both numbers if
+  /// the arguments differ from the mill's liner.
   std::shared_ptr<const millscale::liner::Profile> of_wall(
       const millscale::LinerArguments& arguments) const
   {
@@ -33,7 +33,7 @@ class StyleLiner {
     return mill_.liner();
   }
 
-  /// The liner of another style; it must also be that of the walls.
+  /// The liner of a style that is not a wall; it must agree with the liner of every wall.
   std::shared_ptr<const millscale::liner::Profile> of(
       const millscale::LinerArguments& arguments) const
   {
@@ -45,7 +45,7 @@ class StyleLiner {
     return liner;
   }
 
-  /// Checks the arguments of a style that needs no more than the sectors and the lifters' tops.
+  /// Check the arguments of a style that needs only the sectors and the lifters' tops.
   void require_same_lifters(const millscale::liner::Widths& ours) const
   {
     if (mill_.states_liner()) {

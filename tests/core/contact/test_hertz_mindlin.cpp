@@ -78,7 +78,7 @@ TEST(Coefficients, AreTheForceAndItsSlope)
   EXPECT_NEAR(force(overlap),
               4.0 / 3.0 * pair.youngs_modulus * std::sqrt(0.01) * std::pow(overlap, 1.5),
               1e-12 * force(overlap));
-  // Damping is that of the tangent stiffness: gamma_n = 2 zeta sqrt(S_n m*).
+  // The damping uses the tangent stiffness: gamma_n = 2 zeta sqrt(S_n m*).
   const double slope = (force(overlap + step) - force(overlap - step)) / (2.0 * step);
   const Coefficients c = coefficients(pair, overlap);
   EXPECT_NEAR(c.normal_damping / (2.0 * damping_ratio(0.1) * std::sqrt(slope * pair.mass)), 1.0,

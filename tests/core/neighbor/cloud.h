@@ -68,7 +68,7 @@ inline Cloud random_cloud(const CloudSize& size, unsigned seed)
   return cloud;
 }
 
-/// Lists the pairs whose surfaces are within `gap` [m].
+/// List the pairs whose surfaces are within `gap` [m].
 inline void build_within(millscale::neighbor::PairList& list, millscale::neighbor::CellGrid& grid,
                          const Cloud& cloud, double gap,
                          millscale::neighbor::ListPartners list_partners)
