@@ -10,7 +10,6 @@ from typing import Any
 
 from millscale.analysis.charge.measured import measure
 from millscale.analysis.finished import Charge
-from millscale.analysis.finished_campaign import load_campaign
 from millscale.errors import PredictionError
 from millscale.prediction.contour import PredictedContour, predict_contour
 from millscale.prediction.extrapolation import (
@@ -29,11 +28,16 @@ from millscale.prediction.observables import (
     balls_per_length,
     physical_mill,
 )
+from millscale.prediction.selection import (
+    check_one_mill,
+    check_scaled_mills,
+    chosen_scaling,
+    usable_charges,
+    warnings_of,
+)
 from millscale.runs.untrusted import RunFolderError
 
 SCHEMA = 1
-# Differences of the filling beyond this are differences of the mill [share].
-SAME_FILLING = 0.01
 # Residuals that only one mill in a hundred would have if the law held refuse the law.
 LEAST_RESIDUAL_PROBABILITY = 0.01
 
@@ -168,18 +172,18 @@ def predict(
             close together.
         RunFolderError: a folder holds no campaign, or a damaged one.
     """
-    charges, excluded = _usable(folders)
-    scheme, policy = _chosen(charges, scheme, policy)
+    charges, excluded = usable_charges(folders)
+    scheme, policy = chosen_scaling(charges, scheme, policy)
     wanted = [
         charge
         for charge in charges
         if charge.case.is_physical or (charge.scheme == scheme and charge.policy == policy)
     ]
-    _check_one_mill(wanted)
+    check_one_mill(wanted)
     if leave_out_physical and not any(charge.case.is_physical for charge in wanted):
         raise PredictionError("no finished charge of S = 1 to compare with: run one, or do not ask")
     used = [x for x in wanted if not (leave_out_physical and x.case.is_physical)]
-    _check_scaled_mills(used, excluded)
+    check_scaled_mills(used, excluded)
     mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
     values = measure(wanted, []).numbers
     numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
@@ -196,99 +200,7 @@ def predict(
         contour_refused=refused,
         runs=tuple(used),
         excluded=excluded,
-        warnings=tuple(_warnings(used)),
-    )
-
-
-def _usable(folders: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
-    """Return the finished, steady charges, and why the others are not used."""
-    charges: list[Charge] = []
-    excluded: dict[str, str] = {}
-    for folder in folders:
-        campaign = load_campaign(folder)
-        excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
-        for charge in campaign.charges:
-            if charge.result.steady.is_steady:
-                charges.append(charge)
-            else:
-                excluded[charge.id] = "; ".join(charge.result.steady.reasons)
-    return sorted(charges, key=lambda charge: (charge.S, charge.seed)), excluded
-
-
-def _chosen(charges: Sequence[Charge], scheme: str | None, policy: str | None) -> tuple[str, str]:
-    """Return scheme and policy of the scaled mills; at S = 1 all are the same mill."""
-    found = sorted(
-        {
-            (charge.scheme, charge.policy)
-            for charge in charges
-            if not charge.case.is_physical
-            and scheme in (None, charge.scheme)
-            and policy in (None, charge.policy)
-        }
-    )
-    if len(found) == 1:
-        return found[0]
-    asked = " and ".join(x for x in (scheme, policy) if x)
-    if not found:
-        raise PredictionError(
-            f"no finished and steady charge of a scaled mill{f' of {asked}' if asked else ''}: "
-            "millscale status DIR shows which are missing"
-        )
-    listed = ", ".join(" with ".join(pair) for pair in found)
-    raise PredictionError(f"scaled mills of {listed}: choose with --scheme and --policy")
-
-
-def _check_one_mill(charges: Sequence[Charge]) -> None:
-    first = charges[0]
-    for other in charges[1:]:
-        ours, theirs = _of_physical_mill(first), _of_physical_mill(other)
-        for key, value in ours.items():
-            if not _is_close(value, theirs[key]):
-                raise PredictionError(
-                    f"{first.id} and {other.id} are not of one physical mill: {key} is {value} and "
-                    f"{theirs[key]}; predict each mill from folders of its own"
-                )
-        filling = balls_per_length(other.case) / balls_per_length(first.case)
-        if abs(filling - 1.0) > SAME_FILLING:
-            raise PredictionError(
-                f"{first.id} and {other.id} are not filled alike: {filling:.3f} times the balls "
-                "per length, scaled; the filling must be the same at every S"
-            )
-
-
-def _of_physical_mill(charge: Charge) -> dict[str, Any]:
-    """Return what all scaled mills of one physical mill share, by name."""
-    case = charge.case
-    mill, material = case.physical, case.material
-    friction = material.static_friction_pp / (case.factors.friction or 1.0)
-    return {
-        **{f"physical.{name}": getattr(mill, name) for name in mill.__struct_fields__},
-        "ball density": case.ball.density_kg_m3,
-        "spread of ball radii": case.ball.radius_std_m,
-        "poisson_ratio": material.poisson_ratio,
-        "restitution_pp": material.restitution_pp,
-        "restitution_pw": material.restitution_pw,
-        "static_friction_pp": friction,
-        "static_friction_pw": material.static_friction_pw,
-        "rolling_friction_pp": material.rolling_friction_pp,
-        "rolling_friction_pw": material.rolling_friction_pw,
-    }
-
-
-def _is_close(first: Any, second: Any) -> bool:
-    if isinstance(first, float) and isinstance(second, float):
-        return math.isclose(first, second, rel_tol=1e-9, abs_tol=1e-12)
-    return bool(first == second)
-
-
-def _check_scaled_mills(charges: Sequence[Charge], excluded: Mapping[str, str]) -> None:
-    ratios = sorted({round(charge.S / SAME_S) for charge in charges})
-    if len(ratios) > 1:
-        return
-    found = f"S = {charges[0].S:.4g} alone" if charges else "no scaled mill"
-    unused = f"; not used: {', '.join(excluded)}" if excluded else ""
-    raise PredictionError(
-        f"{found} is finished and steady{unused}: a prediction needs two values of S or more"
+        warnings=tuple(warnings_of(used)),
     )
 
 
@@ -358,32 +270,6 @@ def _with_check(
 ) -> PredictedNumber:
     known = [x for charge in truth if (x := values[charge][number.observable.name]) is not None]
     return replace(number, check=number.scale * _mean(known)) if known else number
-
-
-def _warnings(charges: Sequence[Charge]) -> Iterable[str]:
-    diameters = {charge.id: _slice_diameters(charge.case) for charge in charges}
-    sliced = {name: d for name, d in diameters.items() if d is not None}
-    if sliced and len(sliced) < len(charges):
-        yield "some runs are slices, others have the mill's whole length"
-    short = min(sliced.values(), default=4.0)
-    if short < 4.0 * (1.0 - SAME_FILLING):
-        yield (
-            f"a slice is {short:.2g} ball diameters long: below four the ends act on the charge "
-            "(docs/results/slice-length.json)"
-        )
-    steps = {charge.case.time.step_s for charge in charges}
-    if max(steps) > 1.01 * min(steps):
-        yield f"time steps of {min(steps):.3g} to {max(steps):.3g} s"
-    if len({charge.stiffness for charge in charges}) > 1:
-        yield "some runs have a fixed Young's modulus, others a matched overlap"
-
-
-def _slice_diameters(case: Any) -> float | None:
-    """Return the length of a slice in ball diameters; None for the whole length."""
-    mill = case.mill
-    if math.isclose(mill.simulated_length_m, mill.length_m, rel_tol=1e-9):
-        return None
-    return float(mill.simulated_length_m / (2.0 * case.ball.radius_m))
 
 
 def _mean(values: Iterable[float]) -> float:
