@@ -61,10 +61,10 @@ def test_a_missing_error_leaves_a_setting_out_of_that_front_and_of_the_worst(mis
     assert labels(pareto.front(rows, "curtain")) == ["a"]
     assert labels(pareto.front(rows, "power")) == ["holed"]
     assert labels(pareto.front(rows, pareto.WORST)) == ["a"]
-    told = {(r.error, r.wanted): r for r in pareto.recommendations(rows)}
-    assert told["power", 0.01].setting == "holed"
-    assert told[pareto.WORST, 0.10].setting == "a"
-    json.dumps([asdict(r) for r in told.values()], allow_nan=False)
+    found = {(r.error, r.wanted): r for r in pareto.recommendations(rows)}
+    assert found["power", 0.01].setting == "holed"
+    assert found[pareto.WORST, 0.10].setting == "a"
+    json.dumps([asdict(r) for r in found.values()], allow_nan=False)
 
 
 def test_an_error_of_no_row_does_not_count():
@@ -79,23 +79,23 @@ def test_an_error_of_no_row_does_not_count():
 
 def test_the_cheapest_setting_whose_error_plus_spread_is_no_more_is_recommended():
     rows = [*KNOWN, row("nearly", 1.5, 0.025, 0.006)]
-    told = {(r.error, r.wanted): r for r in pareto.recommendations(rows)}
-    assert [told["contour", share].setting for share in pareto.WANTED] == ["d", "b", "a"]
-    assert told[pareto.WORST, 0.03].setting == "b"
-    assert told["contour", 0.03].bound == 0.03
+    found = {(r.error, r.wanted): r for r in pareto.recommendations(rows)}
+    assert [found["contour", share].setting for share in pareto.WANTED] == ["d", "b", "a"]
+    assert found[pareto.WORST, 0.03].setting == "b"
+    assert found["contour", 0.03].bound == 0.03
     # Every kind of error counts for the worst, not the largest alone.
     errors = {name: error(0.025) for name in STUDIED} | {"power": error(0.02, 0.02)}
     spoiled = row("spoiled", 1.0, 0.0, errors=errors)
-    told = {(r.error, r.wanted): r for r in pareto.recommendations([spoiled])}
-    assert told[pareto.WORST, 0.03].setting is None
-    assert told[pareto.WORST, 0.10].bound == 0.04
+    found = {(r.error, r.wanted): r for r in pareto.recommendations([spoiled])}
+    assert found[pareto.WORST, 0.03].setting is None
+    assert found[pareto.WORST, 0.10].bound == 0.04
 
 
 def test_if_none_is_good_enough_the_nearest_is_named():
-    told = pareto.recommendations([row("a", 1.0, 0.2), row("b", 9.0, 0.15, 0.01)])
-    assert {r.setting for r in told} == {None}
-    assert {r.nearest for r in told} == {"b"}
-    assert told[0].nearest_bound == pytest.approx(0.16)
+    found = pareto.recommendations([row("a", 1.0, 0.2), row("b", 9.0, 0.15, 0.01)])
+    assert {r.setting for r in found} == {None}
+    assert {r.nearest for r in found} == {"b"}
+    assert found[0].nearest_bound == pytest.approx(0.16)
 
 
 def test_a_reference_is_neither_on_the_front_nor_recommended():
@@ -111,13 +111,13 @@ def test_the_default_is_compared_with_the_cheapest_stock_setting_as_good():
         row("good", 20.0, 0.03, engine="stock"),
         row("dear", 60.0, 0.01, engine="stock"),
     ]
-    told = pareto.time_to_solution(rows)
-    assert [r.error for r in told] == [*STUDIED, pareto.WORST]
-    assert {r.stock for r in told} == {"good"}
-    assert {r.ratio for r in told} == {10.0}
+    found = pareto.time_to_solution(rows)
+    assert [r.error for r in found] == [*STUDIED, pareto.WORST]
+    assert {r.stock for r in found} == {"good"}
+    assert {r.ratio for r in found} == {10.0}
     # Both times scatter by a tenth.
-    assert told[0].ratio_spread == pytest.approx(10.0 * math.sqrt(0.02))
-    assert told[0].at_least is None
+    assert found[0].ratio_spread == pytest.approx(10.0 * math.sqrt(0.02))
+    assert found[0].at_least is None
 
 
 def test_what_chance_adds_to_stock_is_not_held_against_it():
@@ -133,10 +133,10 @@ def test_stock_must_be_as_good_in_every_error_to_be_as_good_in_all():
     ours = row("ours", 1.0, 0.0, is_default=True, errors=errors | {"power": error(0.05)})
     # Its worst is smaller than ours, but not all of its errors are.
     stock = row("stock", 5.0, 0.0, engine="stock", errors=errors | {"curtain": error(0.04)})
-    told = {r.error: r for r in pareto.time_to_solution([ours, stock])}
-    assert told["contour"].ratio == told["power"].ratio == 5.0
-    assert told["curtain"].ratio is None
-    assert told[pareto.WORST].ratio is None
-    assert told[pareto.WORST].at_least == 5.0
-    assert told[pareto.WORST].best_stock == "stock"
-    assert told[pareto.WORST].best_stock_error == 0.04
+    found = {r.error: r for r in pareto.time_to_solution([ours, stock])}
+    assert found["contour"].ratio == found["power"].ratio == 5.0
+    assert found["curtain"].ratio is None
+    assert found[pareto.WORST].ratio is None
+    assert found[pareto.WORST].at_least == 5.0
+    assert found[pareto.WORST].best_stock == "stock"
+    assert found[pareto.WORST].best_stock_error == 0.04

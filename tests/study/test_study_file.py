@@ -39,8 +39,8 @@ def test_the_file_of_a_setting_is_the_campaign_it_was_checked_as(tmp_path):
         assert tomllib.loads(setting.text()) == setting.tree
         read = load_campaign(file)
         assert read.name == setting.name
-        assert (read.studies, read.wall, read.contacts) == (
-            setting.campaign.studies,
+        assert (read.parts, read.wall, read.contacts) == (
+            setting.campaign.parts,
             setting.campaign.wall,
             setting.campaign.contacts,
         )
@@ -57,8 +57,8 @@ def test_text_of_every_kind_of_value_reads_back():
 def test_a_key_of_the_base_can_be_left_out(tmp_path):
     change = '\nwithout = ["multi_ball.count"]\nmulti_ball.filling = 0.1\n'
     study = load_study(write_study(tmp_path, TEXT + change))
-    assert study.settings[2].campaign.studies[0].charge.filling == 0.1
-    assert study.settings[1].campaign.studies[0].charge.counts == (200,)
+    assert study.settings[2].campaign.parts[0].charge.filling == 0.1
+    assert study.settings[1].campaign.parts[0].charge.counts == (200,)
 
 
 ERRORS = {
@@ -182,7 +182,7 @@ def test_the_ladder_holds_the_cases_of_the_papers_campaigns():
         ("equal-filling", "multi-ball-equal-filling"),
     ):
         (setting,) = (setting for setting in study.settings if setting.name == name)
-        assert setting.campaign.studies == load_campaign(CAMPAIGNS / f"{campaign}.toml").studies
+        assert setting.campaign.parts == load_campaign(CAMPAIGNS / f"{campaign}.toml").parts
 
 
 def test_the_example_of_the_documentation_is_accepted_and_every_key_is_in_it(tmp_path):

@@ -45,7 +45,7 @@ def cases_of(campaign: Campaign) -> list[Case]:
     seen: set[str] = set()
     for case in cases:
         if case.id in seen:
-            cause = f"two cases are called {case.id}: S is told apart by three decimals"
+            cause = f"two cases are called {case.id}: names show three decimals of S"
             raise CampaignError(campaign.file, "scaling.S", cause, "S that differ by 0.001 or more")
         seen.add(case.id)
     return cases

@@ -71,8 +71,8 @@ def write_parameters(case: Case, folder: Path) -> None:
 def parameters_text(case: Case) -> str:
     """Return parameters.in of a case.
 
-    Variables are of style string: the engine prints other styles with 15 digits, which would not
-    bring a number back exactly.
+    Variables are of style string: the engine prints other styles with 15 digits, too few to restore
+    a number exactly.
     """
     values = parameters(case)
     lines = [f"# {case.id}: values of the decks, SI units"]

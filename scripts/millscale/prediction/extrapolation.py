@@ -7,9 +7,9 @@ The error of an observable q follows a power of S:
 
 The inertial number of the flowing layer grows as S, hence p = 1 for what the dilation of the bed
 decides (solid fraction, spin, share in flight); friction saturates with the inertial number, as
-mu(I) does, hence a p near 0 for torque and kinetic energy. Two values of S cannot tell p, so it
-stays uncertain: uniform between 0 and 1, weighted by how well each p fits where there are three
-values of S or more. Derived here; the measurements behind it are in docs/theory.
+mu(I) does, hence a p near 0 for torque and kinetic energy. Two values of S do not determine p, so
+it stays uncertain: uniform between 0 and 1. Three values of S or more weight each p by how well it
+fits. Derived here; docs/theory/prediction.md.
 
 For a given p the law is linear in q(1) and b. With n_g runs of group g, means q_g and the standard
 deviation s of one run (nu degrees of freedom), generalized least squares give q(1) = sum_g w_g q_g,
