@@ -59,14 +59,14 @@ def test_curves_around_means_a_known_distance_apart_are_that_far_apart():
         for one in charges
     }
     mills, references, distances = study(charges, fields)
-    told = errors_of(mills[1], references[1], distances)["mass_flow"]
+    found = errors_of(mills[1], references[1], distances)["mass_flow"]
     # D^2 = 0.0825 is known to 2 noise^2 sqrt(2 / samples) = 2.5e-4 a pair, the error, from
     # D^2 - V - V = 0.0025, to a third of that over 2 * 0.05.
-    assert told.error == pytest.approx(offset, abs=2.5e-3)
-    assert told.distance == pytest.approx(math.hypot(offset, math.sqrt(2.0) * noise), rel=0.01)
-    assert told.scatter == pytest.approx(noise, rel=0.01)
-    assert told.spread == pytest.approx(noise * math.sqrt(2.0 / 3.0), rel=0.01)
-    assert told.within_spread
+    assert found.error == pytest.approx(offset, abs=2.5e-3)
+    assert found.distance == pytest.approx(math.hypot(offset, math.sqrt(2.0) * noise), rel=0.01)
+    assert found.scatter == pytest.approx(noise, rel=0.01)
+    assert found.spread == pytest.approx(noise * math.sqrt(2.0 / 3.0), rel=0.01)
+    assert found.within_spread
 
 
 def test_error_and_spread_of_a_number_are_the_difference_of_means_and_its_standard_error():
@@ -124,18 +124,18 @@ def test_a_setting_of_one_seed_takes_the_chance_of_those_of_its_size():
     mills, references, distances = study(charges, fields)
     assert distances.chance(mills[1], "mass_flow") == pytest.approx(2e-4)
     assert distances.chance(mills[2], "mass_flow") == pytest.approx(2e-2)
-    told = errors_of(mills[1], references[1], distances)["mass_flow"]
-    assert told.spread == pytest.approx(math.sqrt(2e-4 / 1 + 2e-4 / 2))
-    assert told.scatter is None
+    found = errors_of(mills[1], references[1], distances)["mass_flow"]
+    assert found.spread == pytest.approx(math.sqrt(2e-4 / 1 + 2e-4 / 2))
+    assert found.scatter is None
 
 
 def test_without_several_seeds_anywhere_the_error_holds_all_of_chance():
     charges = [charge("reference", 1), charge("x", 1)]
     fields = {charges[0]: np.array([0.0]), charges[1]: np.array([0.03])}
     mills, references, distances = study(charges, fields)
-    told = errors_of(mills[1], references[1], distances)["mass_flow"]
-    assert told.error == told.distance == pytest.approx(0.03)
-    assert told.spread is None and told.within_spread is None
+    found = errors_of(mills[1], references[1], distances)["mass_flow"]
+    assert found.error == found.distance == pytest.approx(0.03)
+    assert found.spread is None and found.within_spread is None
     own = errors_of(mills[0], references[0], distances)
     assert {one.error for one in own.values()} == {None}
 
@@ -151,9 +151,9 @@ def test_every_error_is_read_from_what_was_measured():
         power_error=-0.04,
         detach_angle_error=None,
     )
-    told = errors_of(mills[1], references[1], distances)
-    values = {name: one.error and round(one.error, 9) for name, one in told.items()}
+    found = errors_of(mills[1], references[1], distances)
+    values = {name: one.error and round(one.error, 9) for name, one in found.items()}
     assert values == {
         "contour": 0.01, "curtain": 0.2, "mass_flow": 0.3, "power": 0.04, "detach_angle": None
     }  # fmt: skip
-    assert list(told) == list(STUDIED)
+    assert list(found) == list(STUDIED)

@@ -9,7 +9,7 @@ S = 1 as any other observable (`extrapolation`).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,7 @@ from millscale.prediction.extrapolation import (
     ExtrapolationError,
     Group,
     Noise,
+    by_ratio,
     extrapolate,
 )
 from millscale.runs.dumps import read_dump
@@ -125,17 +126,20 @@ def predict_contour(
     known = np.all([np.isfinite(values) for values in by_charge.values()], axis=0)
     if known.mean() < 0.5:
         raise ExtrapolationError("the contours of the scaled mills lie too far apart")
-    noise = _noise(by_charge)
+    groups = by_ratio((charge.S, values) for charge, values in by_charge.items())
+    noise = _noise([seeds for _, seeds in groups])
     values, widths = [], []
     for i in np.flatnonzero(known):
-        found = extrapolate(_groups(by_charge, int(i)), noise, level)
+        at_point = [Group(S, tuple(float(seed[i]) for seed in seeds)) for S, seeds in groups]
+        found = extrapolate(at_point, noise, level)
         values.append(found.value)
         widths.append(found.half_width)
+    truth = [mean_contour(charge) for charge in left_out]
     surface = base[known] + np.array(values)[:, None] * normals[known]
     return PredictedContour(
         surface,
         np.array(widths),
-        *(_distances(line, left_out) for line in (surface, base[known])),
+        *(_distances(line, truth) for line in (surface, base[known])),
     )
 
 
@@ -173,40 +177,24 @@ def _with_normals(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points, np.column_stack([-tangents[:, 1], tangents[:, 0]])
 
 
-def _noise(by_charge: Mapping[Charge, np.ndarray]) -> Noise:
-    """Return the noise of one contour: the scatter between seeds, over all points."""
-    groups = _by_ratio(by_charge)
-    freedom = sum(len(seeds) - 1 for seeds in groups.values())
+def _noise(groups: Sequence[Sequence[np.ndarray]]) -> Noise:
+    """Return the noise of one contour: the scatter between the seeds of each S, over all points."""
+    freedom = sum(len(seeds) - 1 for seeds in groups)
     if freedom == 0:
         raise ExtrapolationError("no value of S has two seeds: the contour's noise is not known")
     squares = [
         np.nansum((np.array(seeds) - np.nanmean(seeds, axis=0)) ** 2, axis=0)
-        for seeds in groups.values()
+        for seeds in groups
         if len(seeds) > 1
     ]
     return Noise(math.sqrt(float(np.mean(np.sum(squares, axis=0))) / freedom), float(freedom))
 
 
-def _by_ratio(by_charge: Mapping[Charge, np.ndarray]) -> dict[int, list[np.ndarray]]:
-    groups: dict[int, list[np.ndarray]] = {}
-    for charge, values in by_charge.items():
-        groups.setdefault(round(charge.S / SAME_S), []).append(values)
-    return groups
-
-
-def _groups(by_charge: Mapping[Charge, np.ndarray], point: int) -> list[Group]:
-    return [
-        Group(ratio * SAME_S, tuple(float(values[point]) for values in seeds))
-        for ratio, seeds in _by_ratio(by_charge).items()
-    ]
-
-
-def _distances(line: np.ndarray, others: Sequence[Charge]) -> tuple[float, float] | None:
-    """Return mean and largest distance from the contours of others, in the mean over them."""
+def _distances(line: np.ndarray, others: Sequence[np.ndarray]) -> tuple[float, float] | None:
+    """Return mean and largest distance from other contours, in the mean over them."""
     if not others:
         return None
-    pairs = [curve_distances([line], [mean_contour(other)]) for other in others]
-    mean, largest = np.mean(pairs, axis=0)
+    mean, largest = np.mean([curve_distances([line], [other]) for other in others], axis=0)
     return float(mean), float(largest)
 
 

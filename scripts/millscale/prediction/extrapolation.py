@@ -21,8 +21,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -34,6 +35,7 @@ _EXPONENTS = (np.arange(40) + 0.5) / 40
 LARGEST_WEIGHTS = 5.0
 # Two values of S closer than this are one group.
 SAME_S = 1e-6
+T = TypeVar("T")
 
 
 class ExtrapolationError(ValueError):
@@ -105,6 +107,14 @@ def scale_function(S: float | np.ndarray, p: float) -> np.ndarray:
     """Return (S^p - 1) / p, and ln S at p = 0: what the error of an observable is linear in."""
     logarithm = np.log(S)
     return logarithm if p == 0.0 else np.expm1(p * logarithm) / p
+
+
+def by_ratio(values: Iterable[tuple[float, T]]) -> list[tuple[float, list[T]]]:
+    """Return values of charges, given with their S, gathered by S in rising order."""
+    groups: dict[int, tuple[float, list[T]]] = {}
+    for S, value in values:
+        groups.setdefault(round(S / SAME_S), (S, []))[1].append(value)
+    return [groups[key] for key in sorted(groups)]
 
 
 def pooled_noise(groups: Sequence[Group]) -> Noise:

@@ -13,11 +13,11 @@ from millscale.analysis.finished import Charge
 from millscale.errors import PredictionError
 from millscale.prediction.contour import PredictedContour, predict_contour
 from millscale.prediction.extrapolation import (
-    SAME_S,
     Extrapolation,
     ExtrapolationError,
     Group,
     Noise,
+    by_ratio,
     extrapolate,
 )
 from millscale.prediction.noise import noise_of
@@ -242,15 +242,8 @@ def _groups(
     values: Mapping[Charge, Mapping[str, float | None]],
 ) -> list[Group]:
     """Return the values of an observable by S."""
-    by_ratio: dict[int, list[tuple[float, float]]] = {}
-    for charge in charges:
-        value = values[charge][name]
-        if value is not None:
-            by_ratio.setdefault(round(charge.S / SAME_S), []).append((charge.S, value))
-    return [
-        Group(found[0][0], tuple(value for _, value in found))
-        for _, found in sorted(by_ratio.items())
-    ]
+    known = ((charge.S, value) for charge in charges if (value := values[charge][name]) is not None)
+    return [Group(S, tuple(found)) for S, found in by_ratio(known)]
 
 
 def _contour(

@@ -10,7 +10,7 @@ from typing import Any
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.errors import PredictionError
-from millscale.prediction.extrapolation import SAME_S
+from millscale.prediction.extrapolation import by_ratio
 from millscale.prediction.observables import balls_per_length
 from millscale.runs.case_file import Case
 
@@ -126,8 +126,7 @@ def check_scaled_mills(charges: Sequence[Charge], excluded: Mapping[str, str]) -
     Raises:
         PredictionError: states which S is there and which charges are not used.
     """
-    ratios = sorted({round(charge.S / SAME_S) for charge in charges})
-    if len(ratios) > 1:
+    if len(by_ratio((charge.S, charge) for charge in charges)) > 1:
         return
     found = f"S = {charges[0].S:.4g} alone" if charges else "no scaled mill"
     unused = f"; not used: {', '.join(excluded)}" if excluded else ""
