@@ -57,8 +57,17 @@ def test_the_surface_of_the_physical_mill_lies_within_its_interval(charges):
     found = predict_contour(charges(1.7, 2.6), charges(1.0))
     radii = np.linalg.norm(found.points, axis=1)
     assert (np.abs(radii - RADIUS) <= found.half_widths + 1e-4).all()
+    assert found.inside == 1.0
     assert found.check[0] < 0.3 * found.nearest[0]
     assert found.nearest[0] == pytest.approx(RADIUS - radius_of(1.7), rel=0.05)
+
+
+def test_a_surface_outside_its_interval_is_outside(charges, monkeypatch):
+    some, physical = charges(1.7, 2.6), charges(1.0)
+    away = 1.5 * predict_contour(some).half_widths.mean()
+    lines = {x: arc(radius_of(x.S, x.seed) + away * (x.S == 1.0)) for x in (*some, *physical)}
+    monkeypatch.setattr(contour, "mean_contour", lines.__getitem__)
+    assert predict_contour(some, physical).inside < 0.05
 
 
 def test_more_noise_widens_the_interval(charges, monkeypatch):

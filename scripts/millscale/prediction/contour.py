@@ -8,6 +8,7 @@ S = 1 as any other observable (`extrapolation`).
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,12 +46,14 @@ class PredictedContour:
         half_widths: (n,) float, of the interval along the normal.
         check: mean and largest distance from the contour of a physical mill that was left out.
         nearest: the same of the smallest scaled S, for comparison.
+        inside: share of the points whose interval holds that contour.
     """
 
     points: np.ndarray
     half_widths: np.ndarray
     check: tuple[float, float] | None
     nearest: tuple[float, float] | None
+    inside: float | None = None
 
     def document(self, unit_m: float) -> dict[str, Any]:
         """Return it as JSON types, lengths in m.
@@ -68,11 +71,15 @@ class PredictedContour:
             "half_width_mean": float(self.half_widths.mean()),
             "distance_from_left_out": distances(self.check),
             "distance_of_smallest_S_from_left_out": distances(self.nearest),
+            "share_inside": self.inside,
         }
 
 
+@functools.cache
 def mean_contour(charge: Charge) -> np.ndarray:
     """Return the longest line of the contour of a charge's mean solid fraction, (n, 2) float.
+
+    Reads all dumps of the steady window, once for each charge.
 
     Raises:
         RunFolderError: no dumps in the steady window, or no surface.
@@ -118,10 +125,10 @@ def predict_contour(
     lines = {charge: mean_contour(charge) for charge in charges}
     first = min(charge.S for charge in charges)
     nearest = [lines[charge] for charge in charges if charge.S - first < SAME_S]
-    base, normals = _with_normals(nearest[0])
+    base, normals = with_normals(nearest[0])
     if len(nearest) > 1:
         moved = np.mean([displacements(base, normals, line) for line in nearest], axis=0)
-        base, normals = _with_normals(base + moved[:, None] * normals)
+        base, normals = with_normals(base + moved[:, None] * normals)
     by_charge = {charge: displacements(base, normals, line) for charge, line in lines.items()}
     known = np.all([np.isfinite(values) for values in by_charge.values()], axis=0)
     if known.mean() < 0.5:
@@ -135,11 +142,13 @@ def predict_contour(
         values.append(found.value)
         widths.append(found.half_width)
     truth = [mean_contour(charge) for charge in left_out]
-    surface = base[known] + np.array(values)[:, None] * normals[known]
+    base, normals = base[known], normals[known]
+    surface = base + np.array(values)[:, None] * normals
     return PredictedContour(
         surface,
         np.array(widths),
-        *(_distances(line, truth) for line in (surface, base[known])),
+        *(_distances(line, truth) for line in (surface, base)),
+        _share_inside(base, normals, truth, np.array(values), np.array(widths)),
     )
 
 
@@ -165,7 +174,7 @@ def displacements(base: np.ndarray, normals: np.ndarray, line: np.ndarray) -> np
     return nearest
 
 
-def _with_normals(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def with_normals(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points evenly along a line and the normals there, (n, 2) float each."""
     line = line[np.isfinite(line).all(axis=1)]
     travelled = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
@@ -188,6 +197,21 @@ def _noise(groups: Sequence[Sequence[np.ndarray]]) -> Noise:
         if len(seeds) > 1
     ]
     return Noise(math.sqrt(float(np.mean(np.sum(squares, axis=0))) / freedom), float(freedom))
+
+
+def _share_inside(
+    base: np.ndarray,
+    normals: np.ndarray,
+    truth: Sequence[np.ndarray],
+    values: np.ndarray,
+    half_widths: np.ndarray,
+) -> float | None:
+    """Return the share of the points whose interval holds the mean of other contours."""
+    if not truth:
+        return None
+    errors = np.mean([displacements(base, normals, line) for line in truth], axis=0) - values
+    known = np.isfinite(errors)
+    return float(np.mean(np.abs(errors[known]) <= half_widths[known])) if known.any() else None
 
 
 def _distances(line: np.ndarray, others: Sequence[np.ndarray]) -> tuple[float, float] | None:

@@ -184,22 +184,41 @@ def predict(
         raise PredictionError("no finished charge of S = 1 to compare with: run one, or do not ask")
     used = [x for x in wanted if not (leave_out_physical and x.case.is_physical)]
     check_scaled_mills(used, excluded)
-    mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
-    values = measure(wanted, []).numbers
-    numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
     left_out = [charge for charge in wanted if charge not in used]
-    if leave_out_physical:
+    return predict_charges(used, left_out, measure(wanted, []).numbers, level, excluded)
+
+
+def predict_charges(
+    used: Sequence[Charge],
+    left_out: Sequence[Charge],
+    values: Mapping[Charge, Mapping[str, float | None]],
+    level: float = 0.95,
+    excluded: Mapping[str, str] | None = None,
+) -> Prediction:
+    """Predict the physical mill from charges of one physical mill that are measured.
+
+    Args:
+        used: of two values of S or more, of one scheme and policy.
+        left_out: charges of S = 1 to compare with.
+        values: of each charge, by the name of the quantity (`measured.measure`).
+        excluded: charges that are not used, and why, by id.
+    """
+    mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
+    numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
+    if left_out:
         numbers = [_with_check(number, left_out, values) for number in numbers]
     contour, refused = _contour(used, left_out, level)
+    # At S = 1 all schemes and policies are the same mill.
+    scaled = next(charge for charge in used if not charge.case.is_physical)
     return Prediction(
         mill=mill,
-        scheme=scheme,
-        policy=policy,
+        scheme=scaled.scheme,
+        policy=scaled.policy,
         numbers=tuple(numbers),
         contour=contour,
         contour_refused=refused,
         runs=tuple(used),
-        excluded=excluded,
+        excluded=excluded or {},
         warnings=tuple(warnings_of(used)),
     )
 

@@ -69,6 +69,22 @@ def chosen_scaling(
     raise PredictionError(f"scaled mills of {listed}: choose with --scheme and --policy")
 
 
+def by_physical_mill(charges: Iterable[Charge]) -> list[list[Charge]]:
+    """Return the charges of each physical mill and filling, in the order of their first charges."""
+    mills: list[list[Charge]] = []
+    for charge in charges:
+        for mill in mills:
+            try:
+                check_one_mill([mill[0], charge])
+            except PredictionError:
+                continue
+            mill.append(charge)
+            break
+        else:
+            mills.append([charge])
+    return mills
+
+
 def check_one_mill(charges: Sequence[Charge]) -> None:
     """Refuse charges that are not scaled models of one physical mill, filled alike.
 
