@@ -147,7 +147,8 @@ def predict_contour(
     return PredictedContour(
         surface,
         np.array(widths),
-        *(_distances(line, truth) for line in (surface, base)),
+        _distances(surface, truth),
+        _distances(base, truth),
         _share_inside(base, normals, truth, np.array(values), np.array(widths)),
     )
 
