@@ -125,6 +125,19 @@ def test_impacts_deeper_than_a_quarter_radius_are_warned_of(tmp_path):
     assert f"overlap by {depth / 0.02:.2g} of the ball radius" in warned[0]
 
 
+def test_the_modulus_that_a_warning_of_impacts_states_is_the_least_of_two_digits(tmp_path):
+    def warnings(E):
+        (case,) = cases(tmp_path, scaling__S=[1.0], scaling__schemes=["constant-gravity"],
+                        material__shear_modulus_pa=None, material__youngs_modulus_pa=E,
+                        single_ball__step_s="advised")  # fmt: skip
+        return [text for text in case.warnings if text.startswith("impacts at")]
+
+    stated = float(warnings(1e7)[0].split("youngs_modulus_pa of ")[1].split()[0])
+    digit = 10.0 ** (math.floor(math.log10(stated)) - 1)
+    assert not warnings(stated)
+    assert warnings(stated - digit)
+
+
 def test_thin_slices_are_warned_of(tmp_path):
     charge = {**MULTI["multi_ball"], "S": [2.6], "count": [13370]}
     for diameters, warned in ((3.9, True), (4.0, False)):

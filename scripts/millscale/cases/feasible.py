@@ -107,9 +107,12 @@ def _softness(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list[
     # Duration of a Hertz impact is 2.94 times its overlap over its speed.
     impact = limits.collision * limits.impact_speed / 2.94 / radius
     if impact > LARGEST_OVERLAP:
+        # The overlap of a Hertz impact goes as E^(-2/5).
+        stiffer = _rounded_up(campaign.material.youngs_modulus * (impact / LARGEST_OVERLAP) ** 2.5)
         return [
             f"impacts at {limits.impact_speed:.3g} m/s overlap by {impact:.2g} of the ball radius: "
-            f"too soft for Hertz contacts above {LARGEST_OVERLAP}"
+            f"too soft for Hertz contacts above {LARGEST_OVERLAP}, which a youngs_modulus_pa of "
+            f"{stiffer:g} avoids"
         ]
     return []
 
