@@ -13,9 +13,11 @@ REFERENCE = REPOSITORY / "docs/reference/campaign-file.md"
 GUIDE = REPOSITORY / "docs/guide/campaigns.md"
 # Studies are tested in tests/study.
 FILES = sorted(
-    (path for path in CAMPAIGNS.glob("*.toml") if not path.name.startswith("study-")),
+    (path for path in CAMPAIGNS.rglob("*.toml") if not path.name.startswith("study-")),
     key=lambda path: path.name,
 )
+
+UNSEEN = sorted((CAMPAIGNS / "unseen").glob("*.toml"))
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -23,6 +25,37 @@ def test_a_shipped_campaign_is_accepted_named_like_its_file_and_in_the_guide(pat
     campaign = load_campaign(path)
     assert campaign.name == path.stem
     assert f"| `{path.stem}` | {len(plan_rows(campaign))} |" in GUIDE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", UNSEEN, ids=lambda path: path.stem)
+def test_an_unseen_mill_is_planned_without_warnings_and_its_physical_mill_once(path):
+    rows = plan_rows(load_campaign(path))
+    assert all(row["warnings"] == [] for row in rows)
+    assert [row["policy"] for row in rows if row["S"] == 1.0] == ["paper"]
+    # Alike in all but the policy, with two seeds of the cheapest scaled mill.
+    scaled = {
+        policy: [(row["S"], row["seed"], row["balls"]) for row in rows if row["policy"] == policy]
+        for policy in ("paper", "friction-matched")
+    }
+    assert scaled["paper"][1:] == scaled["friction-matched"]
+    assert [seed for _, seed, _ in scaled["friction-matched"]] == [1, 1, 2]
+
+
+def test_the_unseen_mills_differ_in_size_filling_speed_and_lifters():
+    rows = [plan_rows(load_campaign(path))[0] for path in UNSEEN]
+    assert len(rows) == 8
+    extremes = {
+        "radius_m": (0.27, 5.5),
+        "percent_of_critical": (55.0, 90.0),
+    }
+    for key, ends in extremes.items():
+        values = [row[key] for row in rows]
+        assert (min(values), max(values)) == pytest.approx(ends)
+    balls = [1.0 / row["groups"]["ball_radius_over_mill_radius"] for row in rows]
+    assert (min(balls), max(balls)) == pytest.approx((12.0, 200.0))
+    heights = [row["groups"]["lifter_height_over_ball_diameter"] for row in rows]
+    assert (min(heights), max(heights)) == pytest.approx((0.5, 4.0))
+    assert sorted(row["scheme"] for row in rows).count("constant-speed") == 2
 
 
 def test_the_papers_single_ball_campaign_has_six_mills_two_schemes_and_three_policies():

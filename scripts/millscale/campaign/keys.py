@@ -144,7 +144,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     },
     "mill": {
         "radius_m": _positive("R, at the liner between the lifters [m]", REQUIRED),
-        "length_m": _positive("length of the periodic slice of the mill [m]", REQUIRED),
+        "length_m": _positive("length of the mill, periodic along its axis [m]", REQUIRED),
         "gravity_m_s2": _positive("g [m/s^2]", 9.81),
         "speed_rad_s": _positive("speed of rotation [rad/s]"),
         "speed_rpm": _positive("the same in turns per minute"),
@@ -265,15 +265,21 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "integer", "balls in the whole length of each scaled mill",
             least=1, most=10**8, many=True,
         ),
-        "filling": Key("number", "bed volume / mill volume", above=0.0, most=0.7),
+        "filling": Key(
+            "number", "bed volume / volume inside the liner, the same in every scaled mill",
+            above=0.0, most=0.7,
+        ),
         "ledger": Key(
             "flag", "energy budget, ledger.csv; contacts then take several times longer",
             False,
         ),
         "porosity": Key(
-            "number", "void fraction of the bed, with filling", 0.4, above=0.0, most=0.9
+            "number", "void fraction of the bed, to count the balls of a filling",
+            0.4, above=0.0, most=0.9,
         ),
-        "slice_length_m": _positive("length simulated instead of the scaled length [m]"),
+        "slice_length_m": _positive(
+            "length simulated instead of length_m / S, the same at every S [m]"
+        ),
         "slice_diameters": _positive("the same in mean ball diameters"),
         "seeds": Key(
             "integer", "of the initial packing, one case each", (1,), least=0, most=10**9, many=True
