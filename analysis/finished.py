@@ -188,7 +188,8 @@ class Charge(Finished):
         if self.stiffness != "fixed":
             words.append("E matched")
         if self.policy != "paper":
-            words.append(self.policy)
+            k = self.case.friction_exponent
+            words.append(self.policy + (f", k = {k:g}" if k else ""))
         return ", ".join(words)
 
     def has(self, column: str) -> bool:

@@ -35,10 +35,10 @@ std::string describe(const ScaledMill& s)
 
 ScaledMill scale_by_names(const OperatingPoint& physical, double S, const std::string& scheme_name,
                           const std::string& policy_name, double time_factor,
-                          bool allow_centrifuging)
+                          bool allow_centrifuging, double friction_exponent)
 {
   return scale(physical, {S, scheme_from_name(scheme_name), policy_from_name(policy_name),
-                          time_factor, allow_centrifuging});
+                          time_factor, allow_centrifuging, friction_exponent});
 }
 
 void bind_types(nb::module_& m)
@@ -81,12 +81,14 @@ void millscale::python::bind_similarity(nb::module_& m)
   m.def(
       "scale", &scale_by_names, "physical"_a, "S"_a, "scheme"_a = "constant-gravity",
       "policy"_a = "paper", "time_factor"_a = 0.0, "allow_centrifuging"_a = false,
+      "friction_exponent"_a = 1.0,
       "The scaled mill that keeps the physical mill's Froude number, as ScaledMill.\n\n"
       "S: physical radius / scaled radius, >= 1.\n"
       "scheme: constant-gravity, constant-speed, or froude (with time_factor, scaled / physical).\n"
       "policy: paper, corrected, offset-liner or friction-matched; what is done about the ball\n"
       "radius, which stays.\n"
-      "allow_centrifuging: accept a Froude number of 1 or more.");
+      "allow_centrifuging: accept a Froude number of 1 or more.\n"
+      "friction_exponent: k of S^-k, policy friction-matched; > 0 and <= 2.");
   m.def(
       "factor",
       [](const BaseFactors& base, int length, int mass, int time) {

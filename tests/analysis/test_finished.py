@@ -38,3 +38,9 @@ def test_a_timing_that_is_not_one_is_damage_with_a_cause(charge):
 
 def test_a_bed_without_a_record_has_no_numbers(charge):
     assert charge.settled.bulk_fraction is charge.settled.wall_time_s is None
+
+
+def test_the_label_of_a_mill_states_its_policy_and_exponent(charge):
+    matched = with_case(charge, S=2.6, policy="friction-matched")
+    assert matched.label == "S = 2.6, friction-matched"
+    assert with_case(matched, friction_exponent=1.2).label == "S = 2.6, friction-matched, k = 1.2"

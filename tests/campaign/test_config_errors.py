@@ -73,6 +73,19 @@ WRONG = {
         'nearest is "constant-gravity"',
         '"constant-gravity" or "constant-speed" or "froude"',
     ),
+    "friction exponent of another policy": (
+        MULTI_BALL | {"scaling__friction_exponent": 1.2},
+        "scaling.friction_exponent",
+        "got 1.2: only policy friction-matched takes one",
+        'policies = ["friction-matched"]',
+    ),
+    "friction exponent out of range": (
+        MULTI_BALL
+        | {"scaling__friction_exponent": 2.1, "scaling__policies": ["paper", "friction-matched"]},
+        "scaling.friction_exponent",
+        "got 2.1",
+        "a number > 0 and <= 2",
+    ),
     "speeds that contradict": (
         {"mill__speed_rpm": 10.0},
         "mill.speed_rpm",

@@ -256,6 +256,22 @@ def test_friction_matched_divides_the_friction_between_balls_alone(tmp_path):
     assert "friction" not in json.loads(paper.text())["factors"]
 
 
+def test_a_friction_exponent_is_of_the_scaled_mills_it_changes(tmp_path):
+    def found(**changes):
+        policies = {"scaling__policies": ["friction-matched", "paper"]}
+        return by_id(cases(tmp_path, single_ball=None, **MULTI_BALL, **policies, **changes))
+
+    usual, other = found(), found(scaling__friction_exponent=1.2)
+    matched = other.pop("mb-cg-friction-matched-S2.600")
+    assert matched.factors.friction == pytest.approx(2.6**-1.2, rel=1e-14)
+    assert matched.material.static_friction_pp == pytest.approx(0.545 * 2.6**-1.2, rel=1e-14)
+    assert matched.document["friction_exponent"] == 1.2
+    for name, case in other.items():
+        if "constant-speed" not in case.scheme and case.policy == "paper":
+            assert case.digest == usual[name].digest
+    assert "friction_exponent" not in usual["mb-cg-friction-matched-S2.600"].document
+
+
 def test_friction_matched_is_no_policy_of_a_single_ball(tmp_path):
     """It has no contact with another ball."""
     found = cases(tmp_path, scaling__policies=["friction-matched", "paper"])

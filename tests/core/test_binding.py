@@ -27,6 +27,8 @@ def test_scale_takes_names_and_keywords():
 
 def test_scale_defaults_to_the_papers_law_at_constant_gravity():
     assert_allclose(_core.scale(PHYSICAL, 2.6).mill.omega, math.sqrt(2.6))
+    matched = _core.scale(PHYSICAL, 4.0, policy="friction-matched", friction_exponent=0.5)
+    assert_allclose(matched.friction_ratio, 0.5)
 
 
 def test_free_time_factor_and_permission_to_centrifuge_arrive():

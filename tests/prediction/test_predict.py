@@ -142,6 +142,14 @@ def test_the_physical_friction_of_matched_mills_is_that_of_the_mill(tmp_path):
     assert predict([write_mills(tmp_path, *cases)]).policy == "friction-matched"
 
 
+def test_mills_of_two_friction_exponents_are_no_series(tmp_path):
+    cases = [charge_case(S, 1, policy="friction-matched") for S in (1.696, 2.6)]
+    for case, k in zip(cases, (1.0, 1.2), strict=True):
+        case["friction_exponent"] = k
+    with pytest.raises(PredictionError, match=r"of friction_exponent 1 and 1\.2: predict"):
+        predict([write_mills(tmp_path, *cases)])
+
+
 def pair_with(**changes):
     return charge_case(1.696, 1), charge_case(2.6, 1, **changes)
 

@@ -11,7 +11,7 @@ from typing import Any
 from millscale import _core
 from millscale.campaign.campaign import Ball, Campaign, LinerShape, Material, Mill, Wall
 from millscale.campaign.contacts import ContactOptions
-from millscale.campaign.keys import KINDS
+from millscale.campaign.keys import FRICTION_MATCHED, KINDS
 from millscale.campaign.parts import build_part
 from millscale.campaign.reader import checked_sections, parse_toml
 from millscale.campaign.units import resolve, speed_forms
@@ -50,6 +50,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     if not parts:
         raise CampaignError(path, "", "nothing to simulate", "[single_ball], [multi_ball] or both")
     _check_time_factor(path, scaling, {scheme for part in parts for scheme in part.schemes})
+    _check_friction_exponent(path, scaling, {policy for part in parts for policy in part.policies})
     return Campaign(
         file=path,
         name=campaign_name(path, "campaign.name", sections["campaign"]["name"]),
@@ -64,6 +65,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         force=sections["model"]["force"],
         time_factor=scaling["time_factor"],
         time_exponent=scaling["time_exponent"],
+        friction_exponent=scaling["friction_exponent"],
         parts=parts,
         ranks=sections["run"]["ranks"],
         jobs=sections["run"]["jobs"],
@@ -258,3 +260,11 @@ def _check_time_factor(path: Path, scaling: Section, schemes: set[str]) -> None:
         raise CampaignError(
             path, f"scaling.{given[0]}", "only scheme froude takes one", 'schemes = ["froude"]'
         )
+
+
+def _check_friction_exponent(path: Path, scaling: Section, policies: set[str]) -> None:
+    exponent = scaling["friction_exponent"]
+    if exponent != 1.0 and FRICTION_MATCHED not in policies:
+        cause = f"got {exponent:g}: only policy {FRICTION_MATCHED} takes one"
+        accepted = f'policies = ["{FRICTION_MATCHED}"]'
+        raise CampaignError(path, "scaling.friction_exponent", cause, accepted)

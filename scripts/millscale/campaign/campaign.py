@@ -145,6 +145,7 @@ class Campaign:
 
     Attributes:
         contacts: between balls.
+        friction_exponent: k of policy friction-matched.
         force: model terms that the decks keep although the scene does not need them.
         ranks, jobs: None leaves the number to the machine.
         output_budget: disk that a case may take [bytes].
@@ -164,6 +165,7 @@ class Campaign:
     force: tuple[str, ...]
     time_factor: float | None
     time_exponent: float | None
+    friction_exponent: float
     parts: tuple[CampaignPart, ...]
     ranks: int | None
     jobs: int | None

@@ -197,6 +197,13 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         "policies": _policies(POLICIES[:1]),
         "time_factor": _positive("scaled / physical time, scheme froude"),
         "time_exponent": Key("number", "the same as p in S^p", least=-2.0, most=2.0),
+        "friction_exponent": Key(
+            "number",
+            "k: policy friction-matched divides the friction between balls by S^k",
+            1.0,
+            above=0.0,
+            most=2.0,
+        ),
         "stiffness": Key(
             "text",
             "Young's modulus: that of the physical mill, or scaled to keep overlap / ball radius",

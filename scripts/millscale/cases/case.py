@@ -110,6 +110,7 @@ def _case(campaign: Campaign, planned: PlannedMill, step: Step) -> Case:
         policy=planned.policy,
         S=planned.S,
         time_factor=planned.time_factor,
+        friction_exponent=k if (k := planned.friction_exponent) != 1.0 else None,
         allow_centrifuging=campaign.mill.allow_centrifuging,
         seed=0,
         physical=parts.physical_part(campaign),

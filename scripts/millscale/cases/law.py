@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from millscale import _core
 from millscale.campaign.campaign import Campaign, CampaignPart
-from millscale.campaign.keys import POLICIES, SCHEMES
+from millscale.campaign.keys import FRICTION_MATCHED, POLICIES, SCHEMES
 from millscale.errors import CampaignError
 
 
@@ -19,6 +19,7 @@ class PlannedMill:
         part: the campaign part it belongs to.
         index: position of its S in the list of the part.
         scheme, policy, S, time_factor: request to the law; time_factor 0 but for scheme froude.
+        friction_exponent: the same; 1 but for scaled mills of policy friction-matched.
         scaled: _core.ScaledMill, the operating point and the factors.
         liner: _core.Profile of the scaled mill.
         length: length of the scaled mill along the axis [m].
@@ -32,6 +33,7 @@ class PlannedMill:
     policy: str
     S: float
     time_factor: float
+    friction_exponent: float
     scaled: _core.ScaledMill
     liner: _core.Profile
     length: float
@@ -97,6 +99,8 @@ def _planned(
 ) -> PlannedMill:
     S = part.ratios[index]
     time_factor = _time_factor(campaign, S) if scheme == "froude" else 0.0
+    is_matched = policy == FRICTION_MATCHED and S > 1.0
+    exponent = {"friction_exponent": campaign.friction_exponent} if is_matched else {}
     try:
         scaled = _core.scale(
             physical_mill(campaign),
@@ -105,6 +109,7 @@ def _planned(
             policy,
             time_factor,
             campaign.mill.allow_centrifuging,
+            **exponent,
         )
         liner = scaled_liner(campaign, policy, S)
     except CampaignError:
@@ -124,6 +129,7 @@ def _planned(
         policy=policy,
         S=S,
         time_factor=time_factor,
+        friction_exponent=exponent.get("friction_exponent", 1.0),
         scaled=scaled,
         liner=liner,
         length=length,

@@ -13,7 +13,7 @@ POLICY_REASONS = {
     "paper": "the law for point masses is applied as it stands",
     "corrected": "speed or gravity follow the path of the ball's centre, R - a",
     "offset-liner": "the liner is built so that the path of the ball's centre scales",
-    "friction-matched": "the law for point masses, and the friction between balls is divided by S",
+    "friction-matched": "the law for point masses, and the friction between balls is lowered",
 }
 AIR_DENSITY = 1.2
 # Of a sphere at Reynolds numbers of 1e3 to 2e5: balls of 1 to 300 mm at 10 m/s.
@@ -62,9 +62,10 @@ def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
         if campaign.ball.radius_std > 0.0:
             said.append(_say("normal distribution of ball radii", "given by the campaign"))
     if planned.scaled.friction_ratio != 1.0:
+        k = planned.friction_exponent
         said.append(
             _say(
-                "sliding friction between balls divided by S",
+                "sliding friction between balls divided by S" + (f"^{k:g}" if k != 1.0 else ""),
                 "the inertial number of the flowing layer grows as S, and its friction with it",
             )
         )

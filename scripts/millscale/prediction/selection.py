@@ -86,11 +86,18 @@ def by_physical_mill(charges: Iterable[Charge]) -> list[list[Charge]]:
 
 
 def check_one_mill(charges: Sequence[Charge]) -> None:
-    """Refuse charges that are not scaled models of one physical mill, filled alike.
+    """Refuse charges that are not scaled models of one physical mill, by one law, filled alike.
 
     Raises:
-        PredictionError: names two charges and what differs.
+        PredictionError: states what differs.
     """
+    scaled = [charge.case for charge in charges if not charge.case.is_physical]
+    exponents = sorted({case.friction_exponent or 1.0 for case in scaled})
+    if len(exponents) > 1:
+        raise PredictionError(
+            f"scaled mills of friction_exponent {' and '.join(f'{k:g}' for k in exponents)}: "
+            "predict from folders of one exponent"
+        )
     first = charges[0]
     for other in charges[1:]:
         ours, theirs = _of_physical_mill(first), _of_physical_mill(other)

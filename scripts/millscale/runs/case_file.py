@@ -269,6 +269,7 @@ class Case(Section, frozen=True, kw_only=True):
 
     Attributes:
         time_factor: scaled / physical time of scheme froude; else 0.
+        friction_exponent: k of a scaled mill of policy friction-matched; None stands for 1.
         seed: of the initial packing; 0 for a single ball.
         predicted_energy_ratio, centre_path_energy_ratio: energy change of one ball, scaled /
             physical, of a point mass and of the ball's centre on its path R - a.
@@ -284,6 +285,7 @@ class Case(Section, frozen=True, kw_only=True):
     policy: Word
     S: Positive
     time_factor: Number
+    friction_exponent: Positive | None = None
     allow_centrifuging: bool
     seed: Annotated[int, Meta(ge=0, le=10**9)]
     physical: PhysicalMill

@@ -145,6 +145,26 @@ TEST(Law, FrictionMatchedIsThePapersLawWithFrictionOverS)
     }
 }
 
+ScalingRequest friction_request(double S, double exponent)
+{
+  ScalingRequest wanted = request(S, Scheme::constant_gravity, Policy::friction_matched);
+  wanted.friction_exponent = exponent;
+  return wanted;
+}
+
+TEST(Law, FrictionMatchedTwiceIsFrictionMatchedByTheProduct)
+{
+  for (const double k : {0.5, 1.0, 1.17, 2.0}) {
+    const double once = scale(paper_mill, friction_request(2.6, k)).friction_ratio;
+    const double twice = scale(paper_mill, friction_request(1.3, k)).friction_ratio *
+                         scale(paper_mill, friction_request(2.0, k)).friction_ratio;
+    EXPECT_NEAR(twice, once, rounding);
+    EXPECT_EQ(scale(paper_mill, friction_request(1.0, k)).friction_ratio, 1.0);
+  }
+  EXPECT_NEAR(scale(paper_mill, friction_request(4.0, 0.5)).friction_ratio, 0.5, rounding);
+  EXPECT_NEAR(scale(paper_mill, friction_request(4.0, 2.0)).friction_ratio, 1.0 / 16, rounding);
+}
+
 TEST(Law, FroudeSchemeContainsTheOtherTwo)
 {
   const double S = 2.6;
@@ -203,6 +223,20 @@ TEST(LawErrors, TimeFactorBelongsToSchemeFroude)
 {
   EXPECT_NE(error_of(paper_mill, {2.6, Scheme::constant_speed, Policy::paper, 1.0, false}), "");
   EXPECT_NE(error_of(paper_mill, {2.6, Scheme::froude, Policy::paper, 0.0, false}), "");
+}
+
+TEST(LawErrors, FrictionExponentIsInRangeAndOfFrictionMatchedOnly)
+{
+  for (const double k : {0.0, -1.0, 2.01, static_cast<double>(NAN)})
+    EXPECT_NE(error_of(paper_mill, friction_request(2.6, k)).find("must be > 0 and <= 2"),
+              std::string::npos);
+  EXPECT_EQ(error_of(paper_mill, friction_request(2.6, 2.0)), "");
+  for (const Policy policy : {Policy::paper, Policy::corrected, Policy::offset_liner}) {
+    ScalingRequest wanted = request(2.6, Scheme::constant_gravity, policy);
+    wanted.friction_exponent = 1.1;
+    EXPECT_NE(error_of(paper_mill, wanted).find("only policy friction-matched"),
+              std::string::npos);
+  }
 }
 
 TEST(LawErrors, UnknownNamesListTheKnownOnes)
