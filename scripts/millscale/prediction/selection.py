@@ -86,18 +86,11 @@ def by_physical_mill(charges: Iterable[Charge]) -> list[list[Charge]]:
 
 
 def check_one_mill(charges: Sequence[Charge]) -> None:
-    """Refuse charges that are not scaled models of one physical mill, by one law, filled alike.
+    """Refuse charges that are not scaled models of one physical mill, filled alike.
 
     Raises:
-        PredictionError: states what differs.
+        PredictionError: names two charges and what differs.
     """
-    scaled = [charge.case for charge in charges if not charge.case.is_physical]
-    exponents = sorted({case.friction_exponent or 1.0 for case in scaled})
-    if len(exponents) > 1:
-        raise PredictionError(
-            f"scaled mills of friction_exponent {' and '.join(f'{k:g}' for k in exponents)}: "
-            "predict from folders of one exponent"
-        )
     first = charges[0]
     for other in charges[1:]:
         ours, theirs = _of_physical_mill(first), _of_physical_mill(other)
@@ -141,14 +134,21 @@ def _is_close(first: Any, second: Any) -> bool:
 
 
 def check_scaled_mills(charges: Sequence[Charge], excluded: Mapping[str, str]) -> None:
-    """Refuse charges of fewer than two values of S.
+    """Refuse charges of fewer than two values of S, or of two friction exponents.
 
     Args:
         excluded: charges that are not used, and why, by id.
 
     Raises:
-        PredictionError: states which S is there and which charges are not used.
+        PredictionError: states which there are and which charges are not used.
     """
+    scaled = [charge.case for charge in charges if not charge.case.is_physical]
+    exponents = sorted({case.friction_exponent or 1.0 for case in scaled})
+    if len(exponents) > 1:
+        raise PredictionError(
+            f"scaled mills of friction_exponent {' and '.join(f'{k:g}' for k in exponents)}: "
+            "predict from folders of one exponent"
+        )
     if len(by_ratio((charge.S, charge) for charge in charges)) > 1:
         return
     found = f"S = {charges[0].S:.4g} alone" if charges else "no scaled mill"
