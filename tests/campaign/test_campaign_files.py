@@ -13,11 +13,16 @@ REFERENCE = REPOSITORY / "docs/reference/campaign-file.md"
 GUIDE = REPOSITORY / "docs/guide/campaigns.md"
 # Studies are tested in tests/study.
 FILES = sorted(
-    (path for path in CAMPAIGNS.rglob("*.toml") if not path.name.startswith("study-")),
+    (
+        path
+        for path in CAMPAIGNS.rglob("*.toml")
+        if not path.name.startswith("study-") and path.parent.name != "policies"
+    ),
     key=lambda path: path.name,
 )
 
 UNSEEN = sorted((CAMPAIGNS / "unseen").glob("*.toml"))
+POLICIES = sorted((CAMPAIGNS / "policies").glob("*.toml"))
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
@@ -28,17 +33,18 @@ def test_a_shipped_campaign_is_accepted_named_like_its_file_and_in_the_guide(pat
 
 
 @pytest.mark.parametrize("path", UNSEEN, ids=lambda path: path.stem)
-def test_an_unseen_mill_is_planned_without_warnings_and_its_physical_mill_once(path):
+def test_an_unseen_mill_is_planned_without_warnings_and_its_physical_mill_under_one_policy(path):
     rows = plan_rows(load_campaign(path))
     assert all(row["warnings"] == [] for row in rows)
-    assert [row["policy"] for row in rows if row["S"] == 1.0] == ["paper"]
-    # Alike in all but the policy, with two seeds of the cheapest scaled mill.
+    assert {row["policy"] for row in rows if row["S"] == 1.0} == {"paper"}
+    # Alike in all but the policy, with three seeds of the cheapest scaled mill.
     scaled = {
         policy: [(row["S"], row["seed"], row["balls"]) for row in rows if row["policy"] == policy]
         for policy in ("paper", "friction-matched")
     }
-    assert scaled["paper"][1:] == scaled["friction-matched"]
-    assert [seed for _, seed, _ in scaled["friction-matched"]] == [1, 1, 2]
+    matched = scaled["friction-matched"]
+    assert [row for row in scaled["paper"] if row[0] > 1.0] == matched
+    assert [seed for S, seed, _ in matched if matched[-1][0] == S] == [1, 2, 3]
 
 
 def test_the_unseen_mills_differ_in_size_filling_speed_and_lifters():
@@ -146,3 +152,17 @@ def test_the_reference_has_the_table_of_a_section(section):
     part = text.partition(f"## [{section}]")[2].partition("\n## ")[0]
     rows = [line for line in part.splitlines() if line.startswith("| `")]
     assert rows == list(reference_rows(SECTIONS[section]))
+
+
+@pytest.mark.parametrize("path", POLICIES, ids=lambda path: path.stem)
+def test_a_mill_with_both_policies_is_the_unseen_mill_of_its_name(path):
+    campaign = load_campaign(path)
+    unseen = load_campaign(CAMPAIGNS / "unseen" / path.name.replace("-policies", ""))
+    assert campaign.name == path.stem
+    assert (campaign.mill, campaign.liner, campaign.ball, campaign.material) == (
+        unseen.mill,
+        unseen.liner,
+        unseen.ball,
+        unseen.material,
+    )
+    assert len(plan_rows(campaign)) == 4 * 2 * 2 * 3
