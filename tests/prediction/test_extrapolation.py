@@ -10,10 +10,14 @@ from millscale.prediction.extrapolation import (
     ExtrapolationError,
     Group,
     Noise,
+    Prior,
+    exact_exponent,
     extrapolate,
     pooled_noise,
+    reverses,
     scale_function,
 )
+from millscale.prediction.kinds import Kind
 
 TWO, THREE = (1.696, 2.6), (1.3, 1.696, 2.6)
 TINY = Noise(1e-9, math.inf)
@@ -81,23 +85,78 @@ def test_the_noise_is_pooled_over_the_groups():
     assert noise.deviation == pytest.approx(math.sqrt((2.0 + 6.0) / 3.0))
 
 
-@pytest.mark.parametrize("S", [TWO, THREE, (1.5, 2.0, 3.0, 4.0)])
-@pytest.mark.parametrize("seeds", [2, 4])
-def test_the_interval_covers_what_it_says(S, seeds):
-    """Observables whose exponents are drawn from the prior, noise a tenth of the error at S = 2.6:
-    of 500 intervals of 95 % at least 92 and at most 99 % hold the truth. The standard deviation
-    of the share is 1 %; few seeds and a flat p make intervals wider than needed, never narrower.
-    """
+def coverage(drawn, assumed, S, seeds, trials=500):
+    """Share of intervals of 95 % that hold the truth, for exponents drawn from one prior and
+    intervals that assume another; noise a tenth of the error at S = 2.6."""
     random = np.random.default_rng(20)
     inside = 0
-    trials = 500
     for _ in range(trials):
-        p, b = random.uniform(), random.normal()
+        p, b = random.uniform(drawn.lower, drawn.upper), random.normal()
         deviation = 0.1 * abs(b)
         runs = [Group(x, tuple(law(x, p, b) + deviation * random.normal(size=seeds))) for x in S]
-        found = extrapolate(runs)
+        found = extrapolate(runs, prior=assumed)
         inside += found.lower <= 1.0 <= found.upper
-    assert 0.92 <= inside / trials <= 0.99
+    return inside / trials
+
+
+def is_honest(share):
+    """The standard deviation of a share of 500 is 1 %; few seeds and a flat p make intervals wider
+    than needed, never narrower."""
+    return 0.92 <= share <= 0.99
+
+
+@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize(("S", "seeds"), [(TWO, 2), ((1.5, 2.0, 3.0, 4.0), 3)])
+def test_the_interval_covers_what_it_says(kind, S, seeds):
+    assert is_honest(coverage(kind.prior, kind.prior, S, seeds))
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_the_coverage_shows_an_interval_that_is_too_narrow(kind):
+    """A fixed exponent in the middle of the prior leaves the noise alone."""
+    middle = 0.5 * (kind.prior.lower + kind.prior.upper)
+    fixed = Prior(middle - 1e-3, middle + 1e-3)
+    assert coverage(kind.prior, fixed, (1.3, 2.6), seeds=8) < 0.92
+
+
+def test_the_coverage_shows_a_prior_that_misses_the_exponents():
+    """Spin is linear in S, which a prior around 0 misses."""
+    assert coverage(Prior(0.999, 1.001), Prior(-0.5, 0.5), TWO, seeds=8, trials=200) < 0.8
+
+
+@pytest.mark.parametrize(("y", "p"), [(1e-6, 1.0), (1.0, 0.0), (3.0, -0.5)])
+def test_the_friction_prior_is_the_local_exponent_of_mu(y, p):
+    """mu ~ 1 / (1 + I_0 / I) at I = y I_0: p - 1 = S q'' / q', here by finite differences."""
+
+    def mu(S):
+        return 1.0 / (1.0 + 1.0 / (y * S))
+
+    h = 1e-3
+    slope = (mu(1.0 + h) - mu(1.0 - h)) / (2.0 * h)
+    bend = (mu(1.0 + h) - 2.0 * mu(1.0) + mu(1.0 - h)) / h**2
+    assert 1.0 + bend / slope == pytest.approx(p, abs=1e-3)
+    prior = Kind.FRICTION.prior
+    assert prior.lower <= p + 1e-9 and p - 1e-9 <= prior.upper
+
+
+@pytest.mark.parametrize("S", [TWO, THREE])
+@pytest.mark.parametrize("p", [-0.4, 0.5, 1.2])
+def test_the_exponent_of_a_known_mill_is_found(S, p):
+    assert exact_exponent(groups(S, p), 1.0) == pytest.approx(p, abs=1e-6)
+
+
+def test_a_mill_that_no_exponent_gives_has_none():
+    assert exact_exponent(groups(TWO, 0.5), 1.9) is None
+
+
+def test_values_that_rise_and_fall_are_not_monotonic():
+    noise = Noise(0.1, math.inf)
+    rising = [Group(1.3, (1.0,)), Group(1.7, (1.1,)), Group(2.6, (2.0,))]
+    assert not reverses(rising, noise)
+    within_noise = [Group(1.3, (1.1,)), Group(1.7, (1.0,)), Group(2.6, (2.0,))]
+    assert not reverses(within_noise, noise)
+    falling = [Group(1.3, (1.5,)), Group(1.7, (1.0,)), Group(2.6, (2.0,))]
+    assert reverses(falling, noise)
 
 
 def test_residuals_tell_when_the_law_does_not_hold():

@@ -86,6 +86,36 @@ def test_power_and_torque_of_the_whole_mill_are_in_their_units(mills):
     assert abs(power.value - power.check) < 0.5 * abs(nearest.mean - power.check)
 
 
+def test_specific_power_is_kilowatts_over_tonnes(mills):
+    prediction = predict([mills], leave_out_physical=True)
+    tonnes = 1e-3 * prediction.mill.mass
+    assert prediction["specific_power"].value == pytest.approx(prediction["power"].value / tonnes)
+    assert prediction["specific_power"].observable.restates == "power"
+
+
+def test_a_wrong_name_names_the_nearest(mills):
+    with pytest.raises(KeyError, match="powr, nearest is power; accepted: power, "):
+        predict([mills])["powr"]
+
+
+def test_as_many_figures_are_shown_as_the_interval_has(mills):
+    power = predict([mills], leave_out_physical=True)["power"]
+    shown = power.cells[3]
+    assert float(shown) == pytest.approx(power.half_width, rel=0.05)
+    assert len(shown.replace(".", "").lstrip("0")) == 2
+
+
+def test_an_observable_that_rises_and_falls_is_a_warning(tmp_path, monkeypatch):
+    bent = {1.0: 0.0, 1.696: -0.02, 2.6: 0.02}
+    monkeypatch.setattr(
+        "test_predict.torque_number", lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed])
+    )
+    write_mills(tmp_path, *(charge_case(S, seed) for S in bent for seed in SEEDS))
+    warnings = predict([tmp_path]).warnings
+    assert sum("not monotonic in S" in line for line in warnings) >= 1
+    assert any(line.startswith("power is not monotonic in S: ") for line in warnings)
+
+
 def test_an_interval_is_wider_at_a_higher_level(mills):
     narrow, wide = (
         named(predict([mills], level=level, leave_out_physical=True))["power"].interval

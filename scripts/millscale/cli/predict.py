@@ -50,7 +50,7 @@ def predict(
     from millscale.engine.record import provenance
     from millscale.prediction.error_model import learn
     from millscale.prediction.predict import predict as predict_mill
-    from millscale.prediction.table import prediction_lines, prediction_table
+    from millscale.prediction.table import checks_table, prediction_lines, prediction_table
     from millscale.runs.writing import write_json
 
     if not 0.5 <= level < 1.0:
@@ -66,5 +66,6 @@ def predict(
         return
     console = console_of()
     console.print(prediction_table(prediction))
+    console.print(checks_table(prediction))
     for line in prediction_lines(prediction):
         console.print(line, highlight=False)

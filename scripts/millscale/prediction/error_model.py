@@ -23,7 +23,8 @@ from millscale.prediction.extrapolation import (
     scale_function,
 )
 from millscale.prediction.noise import FEWEST_SEED_FREEDOM, WITH_PITCHES
-from millscale.prediction.predict import Prediction
+from millscale.prediction.observables import kind_of
+from millscale.prediction.result import Prediction
 
 SCHEMA = 1
 BUILT_IN = Path(__file__).with_name("error_model.json")
@@ -135,7 +136,8 @@ def expected_half_width(
         ExtrapolationError: the values of S do not allow an extrapolation.
     """
     groups = [Group(S, (1.0 + error.bias(S),) * seeds) for S, seeds in ratios]
-    return extrapolate(groups, planned_noise(error, ratios), level).half_width
+    prior = kind_of(error.name).prior
+    return extrapolate(groups, planned_noise(error, ratios), level, prior).half_width
 
 
 def planned_noise(error: ObservableError, ratios: Sequence[tuple[float, int]]) -> Noise:

@@ -3,13 +3,11 @@
 A scaled mill has the same balls in a mill that is S times smaller, so its error grows with S.
 The error of an observable q follows a power of S:
 
-    q(S) = q(1) + b (S^p - 1) / p,    0 <= p <= 1;    q(1) + b ln S at p = 0.
+    q(S) = q(1) + b (S^p - 1) / p;    q(1) + b ln S at p = 0.
 
-The inertial number of the flowing layer grows as S, hence p = 1 for what the dilation of the bed
-decides (solid fraction, spin, share in flight); friction saturates with the inertial number, as
-mu(I) does, hence a p near 0 for torque and kinetic energy. Two values of S do not determine p, so
-it stays uncertain: uniform between 0 and 1. Three values of S or more weight each p by how well it
-fits. Derived here; docs/theory/prediction.md.
+Two values of S do not determine p, so it stays uncertain: uniform between the ends of a prior,
+which depends on the kind of observable (`kinds`). Three values of S or more weight each p by how
+well it fits. Derived here; docs/theory/prediction.md.
 
 For a given p the law is linear in q(1) and b. With n_g runs of group g, means q_g and the standard
 deviation s of one run (nu degrees of freedom), generalized least squares give q(1) = sum_g w_g q_g,
@@ -29,10 +27,12 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import fdtrc, stdtr, stdtrit
 
-# Points of the uniform prior of p: the midpoints of equal parts of [0, 1].
-_EXPONENTS = (np.arange(40) + 0.5) / 40
+# Values of p that stand for a uniform prior: the midpoints of as many equal parts.
+_EXPONENTS = 40
 # Weights of a larger norm multiply the noise of the runs more than an extrapolation can stand.
 LARGEST_WEIGHTS = 5.0
+# Exponents beyond this are not looked for.
+FARTHEST_EXPONENT = 3.0
 # Two values of S closer than this are one group.
 SAME_S = 1e-6
 T = TypeVar("T")
@@ -40,6 +40,22 @@ T = TypeVar("T")
 
 class ExtrapolationError(ValueError):
     """The runs do not allow an extrapolation; the message says why and what would."""
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Uniform distribution of the exponent p before anything is measured."""
+
+    lower: float
+    upper: float
+
+    @property
+    def exponents(self) -> np.ndarray:
+        """Return values of p of equal probability, (`_EXPONENTS`,) float."""
+        return self.lower + (self.upper - self.lower) * (np.arange(_EXPONENTS) + 0.5) / _EXPONENTS
+
+
+WIDE = Prior(0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -82,7 +98,7 @@ class Extrapolation:
         level: probability of the interval.
         noise_error: standard error from the noise of the runs alone, at the mean of p.
         exponent_error: standard deviation of the value over p.
-        exponent: mean of p.
+        exponent, exponent_deviation: mean and standard deviation of p, after the fit.
         weights: of each group, at the mean of p.
         residual_probability: of residuals at least this large if the law holds; None with two
             groups, which every p fits.
@@ -95,6 +111,7 @@ class Extrapolation:
     noise_error: float
     exponent_error: float
     exponent: float
+    exponent_deviation: float
     weights: tuple[float, ...]
     residual_probability: float | None
 
@@ -133,7 +150,10 @@ def pooled_noise(groups: Sequence[Group]) -> Noise:
 
 
 def extrapolate(
-    groups: Sequence[Group], noise: Noise | None = None, level: float = 0.95
+    groups: Sequence[Group],
+    noise: Noise | None = None,
+    level: float = 0.95,
+    prior: Prior = WIDE,
 ) -> Extrapolation:
     """Extrapolate an observable to S = 1.
 
@@ -141,6 +161,7 @@ def extrapolate(
         groups: two or more values of S; S = 1 may be one of them.
         noise: of one run; from the scatter within the groups if not given.
         level: probability of the interval, between 0 and 1.
+        prior: of the exponent.
 
     Raises:
         ExtrapolationError: fewer than two values of S, values of S too close together, noise
@@ -153,22 +174,17 @@ def extrapolate(
     means = np.array([group.mean for group in groups])
     runs = np.array([len(group.values) for group in groups], dtype=float)
 
-    weights = np.array([_weights(S, runs, p) for p in _EXPONENTS])
-    norms = np.linalg.norm(weights, axis=1)
-    if norms.max() > LARGEST_WEIGHTS:
-        raise ExtrapolationError(
-            f"S = {', '.join(f'{x:.4g}' for x in S)} lie too close together or too far from 1: "
-            f"weights of norm {norms.max():.2g}, at most {LARGEST_WEIGHTS:g} allowed; "
-            "add a scaled mill nearer to S = 1, or one of a larger S"
-        )
+    exponents = prior.exponents
+    weights = np.array([_weights(S, runs, p) for p in exponents])
+    check_norm(S, float(np.linalg.norm(weights, axis=1).max()))
     centres = weights @ means
     scales = noise.deviation * np.sqrt((weights**2 / runs).sum(axis=1))
-    misfits = np.array([_misfit(S, runs, means, p) for p in _EXPONENTS])
+    misfits = np.array([_misfit(S, runs, means, p) for p in exponents])
     shares = _shares(misfits, noise, len(groups) - 2)
 
     mixture = _Mixture(shares, centres, scales, noise.freedom)
     tail = 0.5 * (1.0 - level)
-    p = float(shares @ _EXPONENTS)
+    p = float(shares @ exponents)
     at_mean = _weights(S, runs, p)
     return Extrapolation(
         value=mixture.quantile(0.5),
@@ -178,9 +194,59 @@ def extrapolate(
         noise_error=float(noise.deviation * math.sqrt((at_mean**2 / runs).sum())),
         exponent_error=math.sqrt(max(float(shares @ (centres - shares @ centres) ** 2), 0.0)),
         exponent=p,
+        exponent_deviation=math.sqrt(max(float(shares @ (exponents - p) ** 2), 0.0)),
         weights=tuple(map(float, at_mean)),
         residual_probability=_residual_probability(float(misfits.min()), noise, len(groups) - 2),
     )
+
+
+def reverses(groups: Sequence[Group], noise: Noise) -> bool:
+    """Return whether the means rise and fall with S, each by more than two standard errors."""
+    ordered = sorted(groups, key=lambda group: group.S)
+    signs = set()
+    for one, other in itertools.combinations(ordered, 2):
+        error = noise.deviation * math.sqrt(1.0 / len(one.values) + 1.0 / len(other.values))
+        if abs(other.mean - one.mean) > 2.0 * error:
+            signs.add(other.mean > one.mean)
+    return len(signs) > 1
+
+
+def exact_exponent(groups: Sequence[Group], truth: float) -> float | None:
+    """Return the exponent with which the weights give a known value at S = 1; None if none between
+    -`FARTHEST_EXPONENT` and `FARTHEST_EXPONENT` does."""
+    ordered = sorted(groups, key=lambda group: group.S)
+    S = np.array([group.S for group in ordered])
+    means = np.array([group.mean for group in ordered])
+    runs = np.array([len(group.values) for group in ordered], dtype=float)
+
+    def excess(p: float) -> float:
+        return float(_weights(S, runs, p) @ means) - truth
+
+    ends = -FARTHEST_EXPONENT, FARTHEST_EXPONENT
+    if excess(ends[0]) * excess(ends[1]) > 0.0:
+        return None
+    return float(brentq(excess, *ends))
+
+
+def largest_norm(groups: Sequence[Group], prior: Prior) -> float:
+    """Return the largest norm over p of the weights of the groups, by which noise is multiplied."""
+    S = np.array([group.S for group in groups])
+    runs = np.array([len(group.values) for group in groups], dtype=float)
+    return max(float(np.linalg.norm(_weights(S, runs, p))) for p in prior.exponents)
+
+
+def check_norm(ratios: Iterable[float], norm: float) -> None:
+    """Refuse weights that multiply the noise too much.
+
+    Raises:
+        ExtrapolationError: the norm of the weights is above `LARGEST_WEIGHTS`.
+    """
+    if norm > LARGEST_WEIGHTS:
+        raise ExtrapolationError(
+            f"S = {', '.join(f'{x:.4g}' for x in ratios)} lie too close together or too far from "
+            f"1: weights of norm {norm:.2g}; accepted: at most {LARGEST_WEIGHTS:g}; "
+            "add a scaled mill nearer to S = 1, or one of a larger S"
+        )
 
 
 def _check(groups: Sequence[Group]) -> None:

@@ -1,17 +1,19 @@
 """What is predicted of a physical mill, in the units people use.
 
 One row for each observable: which measured quantity of the scaled mills it is extrapolated from,
-and what a dimensionless number of 1 is in the physical mill. To predict another measured quantity,
-add a row.
+what makes its error, and what a dimensionless number of 1 is in the physical mill. To predict
+another measured quantity, add a row.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from millscale.analysis.measures import NUMBERS, Quantity
+from millscale.analysis.finished import Charge
+from millscale.analysis.measures import NUMBERS
+from millscale.prediction.kinds import Kind
 from millscale.runs.case_file import Case
 
 
@@ -76,31 +78,40 @@ def physical_mill(case: Case, balls_per_metre: float) -> PhysicalMill:
     )
 
 
+Numbers = Mapping[str, float | None]
+
+
 @dataclass(frozen=True)
 class Observable:
     """A measured quantity, extrapolated to the physical mill.
 
     Attributes:
-        quantity: of `measures.NUMBERS`; its value is a number without units, or in rad.
+        read: returns it from a charge and the numbers of `measures.NUMBERS` by name: a number
+            without units, or in rad; None if the charge lacks it.
         unit: in which the physical mill's value is shown.
         scale: returns what a number of 1 is in that unit.
+        kind: what makes its error, which gives the prior of the exponent.
+        restates: name of the observable whose value it is in another unit; empty if it has its own.
         not_extrapolated: why its value at S = 1 does not follow from scaled mills; empty if it
             does.
     """
 
-    quantity: Quantity
+    name: str
     label: str
     unit: str
     scale: Callable[[PhysicalMill], float]
-    digits: int = 3
+    kind: Kind
+    read: Callable[[Charge, Numbers], float | None]
+    restates: str = ""
     not_extrapolated: str = ""
 
     @property
-    def name(self) -> str:
-        return self.quantity.name
+    def measured_as(self) -> str:
+        """Return the name of the observable that has its number."""
+        return self.restates or self.name
 
 
-_BY_NAME = {quantity.name: quantity for quantity in NUMBERS}
+_MEASURES = frozenset(quantity.name for quantity in NUMBERS)
 
 
 def _row(
@@ -108,36 +119,85 @@ def _row(
     label: str,
     unit: str,
     scale: Callable[[PhysicalMill], float],
-    digits: int = 3,
+    kind: Kind,
+    restates: str = "",
     not_extrapolated: str = "",
 ) -> Observable:
-    return Observable(_BY_NAME[name], label, unit, scale, digits, not_extrapolated)
+    """Return an observable that is a row of `measures.NUMBERS`."""
+    key = restates or name
+    assert key in _MEASURES, key
+
+    def read(_: Charge, numbers: Numbers) -> float | None:
+        return numbers[key]
+
+    return Observable(name, label, unit, scale, kind, read, restates, not_extrapolated)
+
+
+def _kilo(scale: Callable[[PhysicalMill], float]) -> Callable[[PhysicalMill], float]:
+    return lambda mill: 1e-3 * scale(mill)
+
+
+def _power(mill: PhysicalMill) -> float:
+    return mill.power_scale
+
+
+def _energy(mill: PhysicalMill) -> float:
+    return mill.energy_scale
+
+
+def _radius(mill: PhysicalMill) -> float:
+    return mill.radius
+
+
+def _degree(_: PhysicalMill) -> float:
+    return math.degrees(1.0)
 
 
 OBSERVABLES = (
-    _row("power", "power", "kW", lambda mill: 1e-3 * mill.power_scale),
-    _row("torque", "torque", "kN m", lambda mill: 1e-3 * mill.torque_scale),
-    _row("kinetic", "kinetic energy of the charge", "kJ", lambda mill: 1e-3 * mill.energy_scale),
-    _row("kinetic_rotation", "spin energy of the balls", "kJ", lambda m: 1e-3 * m.energy_scale, 4),
-    _row("centre_x", "centre of mass, x", "m", lambda mill: mill.radius),
-    _row("centre_z", "centre of mass, z", "m", lambda mill: mill.radius),
-    _row("toe_angle_rad", "toe", "deg", lambda _: math.degrees(1.0), 1),
-    _row("solid_fraction", "solid fraction of the bed", "-", lambda _: 1.0, 4),
-    _row("flying_share", "balls in flight", "%", lambda _: 100.0, 1),
+    _row("power", "power", "kW", _kilo(_power), Kind.FRICTION),
+    _row(
+        "specific_power",
+        "power over mass of balls",
+        "kW/t",
+        lambda mill: mill.power_scale / mill.mass,
+        Kind.FRICTION,
+        restates="power",
+    ),
+    _row(
+        "torque",
+        "torque",
+        "kN m",
+        lambda mill: 1e-3 * mill.torque_scale,
+        Kind.FRICTION,
+        restates="power",
+    ),
+    _row("kinetic", "kinetic energy of the charge", "kJ", _kilo(_energy), Kind.FRICTION),
+    _row("kinetic_rotation", "spin energy of the balls", "kJ", _kilo(_energy), Kind.DILATION),
+    _row("centre_x", "centre of mass, x", "m", _radius, Kind.FRICTION),
+    _row("centre_z", "centre of mass, z", "m", _radius, Kind.SHAPE),
+    _row("toe_angle_rad", "toe", "deg", _degree, Kind.SHAPE),
+    _row("solid_fraction", "solid fraction of the bed", "-", lambda _: 1.0, Kind.DILATION),
+    _row("flying_share", "balls in flight", "%", lambda _: 100.0, Kind.DILATION),
     _row(
         "shoulder_angle_rad",
         "shoulder",
         "deg",
-        lambda _: math.degrees(1.0),
-        1,
-        "measured in a ring one ball diameter wide, it does not change steadily with S",
+        _degree,
+        Kind.SHAPE,
+        not_extrapolated="measured in a ring one ball diameter wide, it does not change steadily "
+        "with S",
     ),
     _row(
         "throw_angle_rad",
         "balls thrown at",
         "deg",
-        lambda _: math.degrees(1.0),
-        1,
-        "it changes abruptly near S = 1 in the mills that were tried",
+        _degree,
+        Kind.SHAPE,
+        not_extrapolated="it changes abruptly near S = 1 in the mills that were tried",
     ),
 )
+
+
+def kind_of(name: str) -> Kind:
+    """Return the kind of an observable by its name."""
+    return next(row.kind for row in OBSERVABLES if row.name == name)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.errors import PredictionError
+from millscale.formats import number
 from millscale.prediction.extrapolation import by_ratio
 from millscale.prediction.observables import balls_per_length
+from millscale.prediction.result import PredictedNumber
 from millscale.runs.case_file import Case
 
 # Differences of the filling beyond this are differences of the mill [share].
@@ -175,6 +177,16 @@ def warnings_of(charges: Sequence[Charge]) -> Iterable[str]:
         yield f"time steps of {min(steps):.3g} to {max(steps):.3g} s"
     if len({charge.stiffness for charge in charges}) > 1:
         yield "some runs have a fixed Young's modulus, others a matched overlap"
+
+
+def warnings_of_order(numbers: Iterable[PredictedNumber]) -> Iterator[str]:
+    """Yield which observables do not change in one direction with S."""
+    for row in numbers:
+        if row.reverses and not row.observable.restates:
+            means = ", ".join(
+                f"{number(x.mean, row.digits)} at S = {x.S:.4g}" for x in row.measured
+            )
+            yield f"{row.observable.label} is not monotonic in S: {means} {row.observable.unit}"
 
 
 def _slice_diameters(case: Case) -> float | None:

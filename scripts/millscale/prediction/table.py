@@ -10,21 +10,15 @@ from rich.table import Table
 from millscale.formats import NONE, duration, number
 from millscale.prediction.advise import Advice
 from millscale.prediction.noise import PITCHES
-from millscale.prediction.predict import PredictedNumber, Prediction
+from millscale.prediction.result import PredictedNumber, Prediction
 
 
 def prediction_table(prediction: Prediction) -> Table:
     """Return a row for each observable of the physical mill, in its unit."""
-    mill = prediction.mill
     checked = any(row.check is not None for row in prediction.numbers)
-    table = Table(
-        title=f"Physical mill: radius {mill.radius:g} m, length {mill.length:g} m, "
-        f"{mill.balls:,.0f} balls, {1e-3 * mill.mass:.3g} t",
-        title_justify="left",
-    )
-    level = next((x.found.level for x in prediction.numbers if x.found), 0.95)
+    table = Table(title=prediction.title, title_justify="left")
     table.add_column("observable")
-    for heading in ("unit", "predicted", f"{100 * level:g} % interval", "half width"):
+    for heading in ("unit", "predicted", f"{100 * prediction.level:g} % interval", "half width"):
         table.add_column(heading, justify="right")
     ratios = sorted({value.S for row in prediction.numbers for value in row.measured})
     for S in ratios:
@@ -34,6 +28,35 @@ def prediction_table(prediction: Prediction) -> Table:
         table.add_column("inside")
     for row in prediction.numbers:
         table.add_row(*_cells(row, ratios, checked))
+    return table
+
+
+def checks_table(prediction: Prediction) -> Table:
+    """Return what each interval rests on: noise, exponent, residuals, order in S."""
+    checked = any(row.check is not None for row in prediction.numbers)
+    table = Table(title="Checks", title_justify="left")
+    for heading in ("observable", "noise of a run", "from"):
+        table.add_column(heading)
+    for heading in ("weights", "p before", "p after", *(("p of S = 1",) if checked else ())):
+        table.add_column(heading, justify="right")
+    table.add_column("residuals")
+    table.add_column("order in S")
+    for row in prediction.numbers:
+        if row.found is None or row.noise is None or row.observable.restates:
+            continue
+        found, prior = row.found, row.observable.kind.prior
+        probability = found.residual_probability
+        table.add_row(
+            row.observable.label,
+            f"{row.scale * row.noise.deviation:.2g} {row.observable.unit}",
+            row.noise_from,
+            ", ".join(f"{weight:+.2f}" for weight in found.weights),
+            f"{prior.lower:g} to {prior.upper:g}",
+            f"{found.exponent:.2f} +- {found.exponent_deviation:.2f}",
+            *((number(row.exact_exponent, 2),) if checked else ()),
+            "none left" if probability is None else f"probability {probability:.2g}",
+            "not monotonic" if row.reverses else "monotonic",
+        )
     return table
 
 
@@ -56,13 +79,11 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
                 f"  distance from the contour of S = 1, left out: {ours:.2f} % of R - a; that of "
                 f"the smallest scaled S: {theirs:.2f} %"
             )
-    weights = next((row.found.weights for row in prediction.numbers if row.found), None)
     by_ratio: dict[str, int] = {}
     for charge in prediction.runs:
         by_ratio[f"{charge.S:.4g}"] = by_ratio.get(f"{charge.S:.4g}", 0) + 1
     used = ", ".join(f"S = {S}: {count}" for S, count in by_ratio.items())
-    shown = f"; weights {', '.join(f'{w:+.2f}' for w in weights)}" if weights else ""
-    yield f"runs by {prediction.scheme}, {prediction.policy}: {used}{shown}"
+    yield f"runs by {prediction.scheme}, {prediction.policy}: {used}; all steady"
     if any(row.noise_from == PITCHES for row in prediction.numbers):
         yield "noise from the scatter of lifter pitches: too few seeds to measure it"
     for name, why in prediction.excluded.items():
@@ -105,15 +126,9 @@ def advice_lines(advice: Advice, file: Path | None) -> Iterator[str]:
 
 
 def _cells(row: PredictedNumber, ratios: list[float], checked: bool) -> list[str]:
-    digits = row.observable.digits
+    digits = row.digits
     measured = {value.S: number(value.mean, digits) for value in row.measured}
-    cells = [row.observable.label, row.observable.unit]
-    if row.interval is None or row.value is None:
-        cells += [NONE] * 3
-    else:
-        lower, upper = row.interval
-        cells += [number(row.value, digits), f"{number(lower, digits)} to {number(upper, digits)}"]
-        cells.append(number(0.5 * (upper - lower), digits))
+    cells = [row.observable.label, *row.cells]
     cells += [measured.get(S, NONE) for S in ratios]
     if checked:
         inside = {True: "yes", False: "no", None: NONE}[row.is_inside]
