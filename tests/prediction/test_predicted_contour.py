@@ -9,7 +9,8 @@ from numpy.testing import assert_allclose
 
 from millscale.prediction import contour
 from millscale.prediction.contour import displacements, predict_contour
-from millscale.prediction.extrapolation import ExtrapolationError, scale_function
+from millscale.prediction.extrapolation import Group, Noise, extrapolate, scale_function
+from millscale.runs.untrusted import RunFolderError
 
 RADIUS, SLOPE, EXPONENT, SEED = 0.7, 0.02, 0.5, 5e-4
 
@@ -84,6 +85,19 @@ def test_lengths_of_the_document_are_metres(charges):
     assert content["distance_from_left_out"] is None
 
 
-def test_contours_of_single_seeds_are_refused(charges):
-    with pytest.raises(ExtrapolationError, match="no value of S has two seeds"):
-        predict_contour(charges(1.7, 2.6, seeds=(1,)))
+def test_a_single_seed_takes_its_noise_from_quarters_of_its_window(charges, monkeypatch):
+    """Quarters whose radii have a standard deviation of 4e-3: the mean of four has half of it."""
+
+    offsets = np.array([-3.0, -1.0, 1.0, 3.0])
+    radii = radius_of(1.7) + 4e-3 * offsets / np.std(offsets, ddof=1)
+    monkeypatch.setattr(contour, "block_contours", lambda _: [arc(radius) for radius in radii])
+    found = predict_contour(charges(1.7, 2.6, seeds=(0,)))
+    groups = [Group(S, (radius_of(S),)) for S in (1.7, 2.6)]
+    by_hand = extrapolate(groups, Noise(2e-3, 6.0)).half_width
+    assert found.half_widths.mean() == pytest.approx(by_hand, rel=0.02)
+
+
+def test_a_window_with_few_dumps_has_no_quarters(monkeypatch):
+    monkeypatch.setattr(contour, "_snapshots", lambda _: [None] * 7)
+    with pytest.raises(RunFolderError, match="7 dumps in the steady window, 8 are needed"):
+        contour.block_contours(SimpleNamespace(folder="x"))

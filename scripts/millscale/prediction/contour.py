@@ -9,6 +9,7 @@ S = 1 as any other observable (`extrapolation`).
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,19 +21,18 @@ from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.comparison import curve_distances
 from millscale.analysis.shapes.contour import surface_contour
 from millscale.analysis.shapes.shape import contour_grid, snapshots_at, unit_length, wanted_angles
-from millscale.prediction.extrapolation import (
-    SAME_S,
-    ExtrapolationError,
-    Group,
-    Noise,
-    by_ratio,
-    extrapolate,
-)
+from millscale.analysis.shapes.snapshots import Snapshot
+from millscale.prediction.extrapolation import SAME_S, ExtrapolationError, Noise, by_ratio
+from millscale.prediction.kinds import Kind
+from millscale.prediction.noise import FEWEST_SEED_FREEDOM
+from millscale.prediction.points import extrapolate_points, noise_of_points
 from millscale.runs.dumps import read_dump
 from millscale.runs.untrusted import RunFolderError
 
 # Distance of neighbouring normals, and the farthest that contours lie apart, over R - a.
 SPACING, REACH = 0.02, 0.25
+# Parts of the steady window whose scatter gives the noise of a run without seeds.
+BLOCKS = 4
 # Corners of the circle of the lifter tops.
 _CORNERS = 720
 
@@ -84,7 +84,34 @@ def mean_contour(charge: Charge) -> np.ndarray:
     Raises:
         RunFolderError: no dumps in the steady window, or no surface.
     """
-    case, result = charge.case, charge.result
+    return _contour(charge, _snapshots(charge))
+
+
+def block_contours(charge: Charge) -> list[np.ndarray]:
+    """Return the contours of the successive quarters of a charge's steady window.
+
+    Raises:
+        RunFolderError: fewer than two dumps in a quarter, or no surface.
+    """
+    found = _snapshots(charge)
+    if len(found) < 2 * BLOCKS:
+        raise RunFolderError(
+            charge.folder,
+            f"{len(found)} dumps in the steady window, {2 * BLOCKS} are needed",
+            "dump more often, or add a seed",
+        )
+    size = len(found) / BLOCKS
+    edges = [round(i * size) for i in range(BLOCKS + 1)]
+    return [_contour(charge, found[a:b]) for a, b in itertools.pairwise(edges)]
+
+
+def _snapshots(charge: Charge) -> list[Snapshot]:
+    """Return the dumps of the steady window.
+
+    Raises:
+        RunFolderError: there is none.
+    """
+    result = charge.result
     angles = [
         angle
         for angle in wanted_angles(result.rotation_angle_rad)
@@ -93,13 +120,19 @@ def mean_contour(charge: Charge) -> np.ndarray:
     found = snapshots_at(charge.folder, angles)
     if not found:
         raise RunFolderError(charge.folder, "no dumps in the steady window", "dump more often")
+    return [found[angle] for angle in sorted(found)]
+
+
+def _contour(charge: Charge, snapshots: Sequence[Snapshot]) -> np.ndarray:
+    """Return the longest line of the contour of the mean solid fraction of some dumps."""
+    case = charge.case
     unit, length = unit_length(case), case.mill.simulated_length_m / unit_length(case)
     centres, areas = [], []
-    for snapshot in found.values():
+    for snapshot in snapshots:
         dump = read_dump(snapshot.path)
         centres.append(dump.positions[:, [0, 2]] / unit)
         volumes = 4.0 / 3.0 * np.pi * (dump["radius"] / unit) ** 3
-        areas.append(volumes / length / len(found))
+        areas.append(volumes / length / len(snapshots))
     tops = case.mill.lifter_top_radius_m if case.mill.lifters else case.mill.radius_m
     turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
     circle = tops / unit * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -134,22 +167,20 @@ def predict_contour(
     if known.mean() < 0.5:
         raise ExtrapolationError("the contours of the scaled mills lie too far apart")
     groups = by_ratio((charge.S, values) for charge, values in by_charge.items())
-    noise = _noise([seeds for _, seeds in groups])
-    values, widths = [], []
-    for i in np.flatnonzero(known):
-        at_point = [Group(S, tuple(float(seed[i]) for seed in seeds)) for S, seeds in groups]
-        found = extrapolate(at_point, noise, level)
-        values.append(found.value)
-        widths.append(found.half_width)
+    few = sum(len(seeds) - 1 for _, seeds in groups) < FEWEST_SEED_FREEDOM
+    of_blocks = _noise_of_blocks(charges, base, normals) if few else None
+    at_points = [(S, [seed[known] for seed in seeds]) for S, seeds in groups]
+    noise, _ = noise_of_points(at_points, of_blocks)
+    values, widths = extrapolate_points(at_points, noise, level, Kind.SHAPE.prior)
     truth = [mean_contour(charge) for charge in left_out]
     base, normals = base[known], normals[known]
-    surface = base + np.array(values)[:, None] * normals
+    surface = base + values[:, None] * normals
     return PredictedContour(
         surface,
-        np.array(widths),
+        widths,
         _distances(surface, truth),
         _distances(base, truth),
-        _share_inside(base, normals, truth, np.array(values), np.array(widths)),
+        _share_inside(base, normals, truth, values, widths),
     )
 
 
@@ -187,17 +218,17 @@ def with_normals(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points, np.column_stack([-tangents[:, 1], tangents[:, 0]])
 
 
-def _noise(groups: Sequence[Sequence[np.ndarray]]) -> Noise:
-    """Return the noise of one contour: the scatter between the seeds of each S, over all points."""
-    freedom = sum(len(seeds) - 1 for seeds in groups)
-    if freedom == 0:
-        raise ExtrapolationError("no value of S has two seeds: the contour's noise is not known")
-    squares = [
-        np.nansum((np.array(seeds) - np.nanmean(seeds, axis=0)) ** 2, axis=0)
-        for seeds in groups
-        if len(seeds) > 1
-    ]
-    return Noise(math.sqrt(float(np.mean(np.sum(squares, axis=0))) / freedom), float(freedom))
+def _noise_of_blocks(charges: Sequence[Charge], base: np.ndarray, normals: np.ndarray) -> Noise:
+    """Return the noise of one contour from the quarters of each run, over all points.
+
+    Raises:
+        RunFolderError: a run has too few dumps, or no surface.
+    """
+    squares = []
+    for charge in charges:
+        moved = np.array([displacements(base, normals, line) for line in block_contours(charge)])
+        squares.append(np.nanmean(np.var(moved, axis=0, ddof=1)) / BLOCKS)
+    return Noise(math.sqrt(float(np.mean(squares))), float(len(charges) * (BLOCKS - 1)))
 
 
 def _share_inside(

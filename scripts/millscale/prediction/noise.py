@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from millscale.analysis.charge.groove_flow import groove_flow_error
 from millscale.analysis.charge.result import ChargeScales, charge_scales
 from millscale.analysis.charge.steady import FEWEST_PITCHES, Window, standard_error
 from millscale.analysis.finished import Charge
@@ -29,7 +30,7 @@ _COLUMNS: dict[str, _Column] = {
 }
 # Torque and power are work over angle: the same dimensionless number in a steady mill.
 _OF_WORK = frozenset({"power", "torque"})
-WITH_PITCHES = _OF_WORK | _COLUMNS.keys()
+WITH_PITCHES = _OF_WORK | _COLUMNS.keys() | {"mass_flow"}
 
 
 def noise_of(
@@ -61,6 +62,8 @@ def pitch_error(charge: Charge, name: str) -> float | None:
     result, series = charge.result, charge.series
     if name not in WITH_PITCHES or result.pitches < FEWEST_PITCHES:
         return None
+    if name == "mass_flow":
+        return groove_flow_error(charge)
     edges = np.linspace(result.mean_from_rad, result.mean_to_rad, result.pitches + 1)
     angle, scales = series["mill_angle_rad"], charge_scales(charge.case, series)
     if name in _OF_WORK:

@@ -8,12 +8,14 @@ another measured quantity, add a row.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from millscale.analysis.charge.groove_flow import groove_flow
 from millscale.analysis.finished import Charge
 from millscale.analysis.measures import NUMBERS
 from millscale.prediction.kinds import Kind
+from millscale.prediction.mass_flow import toe_at_box
 from millscale.runs.case_file import Case
 
 
@@ -94,6 +96,7 @@ class Observable:
         restates: name of the observable whose value it is in another unit; empty if it has its own.
         not_extrapolated: why its value at S = 1 does not follow from scaled mills; empty if it
             does.
+        refuse: returns why it does not follow from these charges; empty if it does.
     """
 
     name: str
@@ -104,6 +107,7 @@ class Observable:
     read: Callable[[Charge, Numbers], float | None]
     restates: str = ""
     not_extrapolated: str = ""
+    refuse: Callable[[Sequence[Charge]], str] | None = None
 
     @property
     def measured_as(self) -> str:
@@ -178,6 +182,15 @@ OBSERVABLES = (
     _row("toe_angle_rad", "toe", "deg", _degree, Kind.SHAPE),
     _row("solid_fraction", "solid fraction of the bed", "-", lambda _: 1.0, Kind.DILATION),
     _row("flying_share", "balls in flight", "%", lambda _: 100.0, Kind.DILATION),
+    Observable(
+        "mass_flow",
+        "mass flow in the grooves at the bottom",
+        "kg/s",
+        lambda mill: mill.mass * mill.omega,
+        Kind.DILATION,
+        lambda charge, _: groove_flow(charge),
+        refuse=toe_at_box,
+    ),
     _row(
         "shoulder_angle_rad",
         "shoulder",

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from millscale.analysis.charge.measured import measure
 from millscale.analysis.finished import Charge
 from millscale.errors import PredictionError
-from millscale.prediction.contour import PredictedContour, predict_contour
+from millscale.prediction.contour import predict_contour
 from millscale.prediction.extrapolation import (
     ExtrapolationError,
     Group,
@@ -18,6 +19,7 @@ from millscale.prediction.extrapolation import (
     extrapolate,
     reverses,
 )
+from millscale.prediction.mass_flow import predict_mass_flow
 from millscale.prediction.noise import noise_of
 from millscale.prediction.observables import (
     OBSERVABLES,
@@ -96,7 +98,8 @@ def predict_charges(
     numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
     if left_out:
         numbers = [_with_check(number, left_out, values) for number in numbers]
-    contour, refused = _contour(used, left_out, level)
+    contour, refused = _or_reason(predict_contour, used, left_out, level)
+    mass_flow, flow_refused = _or_reason(predict_mass_flow, used, left_out, level)
     # At S = 1 all schemes and policies are the same mill.
     scaled = next(charge for charge in used if not charge.case.is_physical)
     return Prediction(
@@ -110,6 +113,8 @@ def predict_charges(
         excluded=excluded or {},
         warnings=(*warnings_of(used), *warnings_of_order(numbers)),
         level=level,
+        mass_flow=mass_flow,
+        mass_flow_refused=flow_refused,
     )
 
 
@@ -128,6 +133,8 @@ def _predicted(
     )
     if observable.not_extrapolated:
         return number
+    if observable.refuse and (reason := observable.refuse(charges)):
+        return replace(number, refused=reason)
     if len(groups) < 2:
         return replace(number, refused="measured at fewer than two values of S")
     noise, noise_from = noise_of(observable.measured_as, groups, charges)
@@ -159,12 +166,18 @@ def _groups(
     return [Group(S, tuple(found)) for S, found in by_ratio(known)]
 
 
-def _contour(
-    charges: Sequence[Charge], left_out: Sequence[Charge], level: float
-) -> tuple[PredictedContour | None, str]:
-    """Return the contour, or why there is none."""
+T = TypeVar("T")
+
+
+def _or_reason(
+    predicted: Callable[[Sequence[Charge], Sequence[Charge], float], T],
+    charges: Sequence[Charge],
+    left_out: Sequence[Charge],
+    level: float,
+) -> tuple[T | None, str]:
+    """Return what is predicted, or why it is not."""
     try:
-        return predict_contour(charges, left_out, level), ""
+        return predicted(charges, left_out, level), ""
     except (ExtrapolationError, RunFolderError) as error:
         return None, str(error)
 

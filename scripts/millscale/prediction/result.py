@@ -12,6 +12,7 @@ from millscale.errors import nearest
 from millscale.formats import NONE, number
 from millscale.prediction.contour import PredictedContour
 from millscale.prediction.extrapolation import Extrapolation, Group, Noise, exact_exponent
+from millscale.prediction.mass_flow import PredictedCurve
 from millscale.prediction.observables import Observable, PhysicalMill
 
 SCHEMA = 1
@@ -137,6 +138,7 @@ class Prediction:
 
     Attributes:
         contour: the free surface; None if it is not extrapolated, which `contour_refused` explains.
+        mass_flow: mass in the monitoring box over a lifter pitch; None as the contour.
         runs: charges used, by S, then seed.
         excluded: charges that were not used, and why, by id.
         warnings: what may mislead.
@@ -152,6 +154,8 @@ class Prediction:
     excluded: Mapping[str, str]
     warnings: tuple[str, ...]
     level: float = 0.95
+    mass_flow: PredictedCurve | None = None
+    mass_flow_refused: str = ""
 
     def __getitem__(self, name: str) -> PredictedNumber:
         """Return an observable by its name, such as "power".
@@ -186,6 +190,8 @@ class Prediction:
             "contour": self.contour
             and self.contour.document(self.mill.radius - self.mill.ball_radius),
             "contour_refused": self.contour_refused,
+            "mass_in_box": self.mass_flow and self.mass_flow.document(self.mill.mass),
+            "mass_in_box_refused": self.mass_flow_refused,
             "runs": [
                 {"campaign": x.campaign, "id": x.id, "S": x.S, "seed": x.seed} for x in self.runs
             ],

@@ -79,6 +79,7 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
                 f"  distance from the contour of S = 1, left out: {ours:.2f} % of R - a; that of "
                 f"the smallest scaled S: {theirs:.2f} %"
             )
+    yield from _mass_flow_lines(prediction)
     by_ratio: dict[str, int] = {}
     for charge in prediction.runs:
         by_ratio[f"{charge.S:.4g}"] = by_ratio.get(f"{charge.S:.4g}", 0) + 1
@@ -90,6 +91,25 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
         yield f"not used: {name}: {why}"
     for warning in prediction.warnings:
         yield f"warning: {warning}"
+
+
+def _mass_flow_lines(prediction: Prediction) -> Iterator[str]:
+    curve = prediction.mass_flow
+    if curve is None:
+        yield f"not predicted: mass in the monitoring box: {prediction.mass_flow_refused}"
+        return
+    mass, mean = prediction.mill.mass, float(curve.values.mean())
+    yield (
+        f"mass in the monitoring box over a lifter pitch: {len(curve.values)} phases, "
+        f"{mass * curve.values.min():.4g} to {mass * curve.values.max():.4g} kg, half width of the "
+        f"interval {100.0 * curve.half_widths.mean() / mean:.1f} % of its mean"
+    )
+    if curve.check and curve.nearest and curve.inside is not None:
+        yield (
+            f"  RMS difference from S = 1, left out: {100.0 * curve.check:.1f} % of "
+            f"its mean, {100.0 * curve.inside:.0f} % of the phases inside; that of the "
+            f"smallest scaled S: {100.0 * curve.nearest:.1f} %"
+        )
 
 
 def advice_table(advice: Advice) -> Table:
