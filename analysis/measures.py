@@ -17,6 +17,7 @@ from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.comparison import curve_distances
 from millscale.analysis.shapes.curtain import curtain_overlaps
 from millscale.analysis.shapes.mass_flow import FRAMES, compare_flow, flow_of
+from millscale.analysis.shapes.mixing import index_after
 from millscale.formats import number
 
 # Value of an error: a number, by curtain a mapping; None where a run lacks what is compared.
@@ -253,6 +254,11 @@ QUANTITIES = (
     ),
     _angle("toe_angle_rad", "toe"),
     _angle("shoulder_angle_rad", "shoulder"),
+    Quantity(
+        "mixing_index",
+        "mixing index after a revolution",
+        read=lambda charge: index_after(charge.folder, charge.case),
+    ),
     Quantity(
         "solid_fraction",
         "solid fraction of the bed",

@@ -70,7 +70,7 @@ def measure(charges: Sequence[Charge], pairs: Iterable[Pair]) -> Measured:
         if angle in kept:
             measured.shapes[angle] = shapes
     for charge in charges:
-        measured.numbers[charge] = _numbers(charge, numbers)
+        measured.numbers[charge] = _numbers(charge, numbers, measured.problems[charge])
     for pair, by_angle in errors.items():
         measured.errors[pair] = _pair_errors(pair, by_angle, numbers)
     return measured
@@ -81,13 +81,24 @@ def _averaged() -> list[Quantity]:
 
 
 def _numbers(
-    charge: Charge, of_dumps: Mapping[tuple[Charge, str], ByAngle]
+    charge: Charge,
+    of_dumps: Mapping[tuple[Charge, str], ByAngle],
+    problems: list[RunFolderError],
 ) -> dict[str, float | None]:
-    """Return the numbers of a charge by name; those of dumps in the mean over the steady part."""
+    """Return the numbers of a charge by name; those of dumps in the mean over the steady part.
+
+    Args:
+        problems: gets the files that could not be read.
+    """
 
     def value(quantity: Quantity) -> float | None:
         if quantity.taken is Taken.ONCE:
-            return quantity.read(charge)
+            try:
+                return quantity.read(charge)
+            except RunFolderError as error:
+                if str(error) not in map(str, problems):
+                    problems.append(error)
+                return None
         known = of_dumps.get((charge, quantity.name), {})
         return mean_known(x for angle, x in known.items() if angle >= charge.steady_from)
 

@@ -4,9 +4,13 @@ from dataclasses import dataclass
 
 import pytest
 
-from millscale.analysis.charge.measured import _pair_errors
+from millscale.analysis.charge.measured import _pair_errors, measure
 from millscale.analysis.charge.pair_errors import errors_of_dumps
+from millscale.analysis.finished import Charge
 from millscale.analysis.measures import NUMBERS, QUANTITIES, Taken
+from millscale.runs.case_folder import load_finished
+from synthetic_case import finish_case
+from synthetic_charge import write_charge
 
 
 @dataclass(frozen=True)
@@ -67,3 +71,16 @@ def test_every_quantity_that_is_compared_has_a_mean_to_show_or_errors():
     for quantity in QUANTITIES:
         assert quantity.name in numbers or quantity.errors
         assert quantity.is_number or quantity.taken is not Taken.AVERAGED
+
+
+def test_missing_dumps_are_one_problem_and_leave_other_numbers(tmp_path):
+    folder = write_charge(tmp_path, "constant-gravity")
+    for path in (folder / "dump").iterdir():
+        path.unlink()
+    finish_case(folder)
+    charge = Charge(load_finished(folder), "synthetic")
+    measured = measure([charge], [])
+    (problem,) = measured.problems[charge]
+    assert "no dumps" in str(problem)
+    assert measured.numbers[charge]["mixing_index"] is None
+    assert measured.numbers[charge]["centre_x"] == pytest.approx(-0.37)
