@@ -33,6 +33,8 @@ def refused(*arguments):
         (("sampling", "nowhere", "--steps", "1"), "--steps: got 1; accepted: >= 2"),
         (("time-step", "nowhere"), "nowhere/study.json: no such file"),
         (("torque", "nowhere"), "nowhere/campaign.json: no such file"),
+        (("mixing", "nowhere"), "nowhere/campaign.json: no such file"),
+        (("fidelity", "nowhere"), "nowhere/study.json: no such file"),
         (("liner-variants", "nowhere.toml", "--runs", "r"), "nowhere.toml: "),
     ],
 )

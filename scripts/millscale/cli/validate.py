@@ -136,6 +136,46 @@ def sampling(
     write_sampling(cases, to, steps, halved)
 
 
+@validate.command()
+def mixing(
+    runs: RunsArguments,
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")] = Path(
+        "docs/results/mixing.json"
+    ),
+) -> None:
+    """Measure how fast the balls of the rising and the falling side mix, by Lacey's index.
+
+    Takes the dumps of every finished multi-ball case of the campaigns. Writes a figure beside the
+    file; prints Markdown tables.
+
+    Example: `millscale validate mixing runs/slices runs/friction-matched`
+    """
+    from millscale.validate.mixing import write_mixing
+
+    typer.echo(write_mixing(runs, to))
+
+
+@validate.command()
+def fidelity(
+    study: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Runs folder of campaigns/study-fidelity.toml.")
+    ],
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")] = Path(
+        "docs/results/fidelity.json"
+    ),
+) -> None:
+    """Measure whether runs of one seed at two time steps or in two precisions are correlated.
+
+    Control variates need this correlation. Also extrapolates in the step, and in the slice length
+    by slice-length.json beside the file. Writes a figure beside the file; prints Markdown tables.
+
+    Example: `millscale validate fidelity runs/study-fidelity`
+    """
+    from millscale.validate.fidelity import write_fidelity
+
+    typer.echo(write_fidelity(study, to))
+
+
 @validate.command("liner-variants")
 def liner_variants(
     runs: RunsOption,
