@@ -29,7 +29,18 @@ COMMANDS = list(commands(typer.main.get_command(app)))
 
 def test_every_task_is_a_command():
     assert {" ".join(names) for names in COMMANDS} == {
-        *("plan", "generate", "run", "status", "verify", "report", "study", "predict", "advise"),
+        *(
+            "plan",
+            "generate",
+            "run",
+            "status",
+            "verify",
+            "report",
+            "study",
+            "calibrate",
+            "predict",
+            "advise",
+        ),
         "bench output-cost",
         *(
             f"analyse {name}"

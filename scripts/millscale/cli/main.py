@@ -16,6 +16,7 @@ from millscale import __version__
 from millscale.cli.advise import advise
 from millscale.cli.analyse import analyse
 from millscale.cli.bench import bench
+from millscale.cli.calibrate import calibrate
 from millscale.cli.options import (
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
@@ -287,6 +288,7 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
 app.command()(study)
 app.command()(advise)
 app.command()(predict)
+app.command()(calibrate)
 app.add_typer(bench, name="bench")
 app.add_typer(analyse, name="analyse")
 app.add_typer(validate, name="validate")
