@@ -37,11 +37,16 @@ class Mixing:
     index: np.ndarray
     balls_per_cell: float
 
-    def at(self, revolutions: float) -> float | None:
-        """Return the index after some revolutions, interpolated; None beyond the last dump."""
-        if not self.revolutions[0] <= revolutions <= self.revolutions[-1]:
+    def mean(self, begin: float, end: float) -> float | None:
+        """Return the mean index between two numbers of revolutions, by trapezoids; None beyond the
+        dumps."""
+        known = self.revolutions
+        if not known[0] <= begin < end <= known[-1]:
             return None
-        return float(np.interp(revolutions, self.revolutions, self.index))
+        inside = known[(known > begin) & (known < end)]
+        at = np.concatenate([[begin], inside, [end]])
+        index = np.interp(at, known, self.index)
+        return float(np.sum(0.5 * (index[1:] + index[:-1]) * np.diff(at)) / (end - begin))
 
     def time_to(self, level: float) -> float | None:
         """Return the revolutions after which the index first reaches a level; None if it does

@@ -16,23 +16,27 @@ from synthetic_charge import write_charge
 def row(S, seed, index, side=0.1, **more):
     made = {"campaign": "c", "scheme": "constant-gravity", "policy": "paper", "stiffness": "fixed"}
     made |= {"S": S, "seed": seed, "balls": 100, "side": side, "balls_per_cell": 20.0 / S}
-    return made | {"after": {"1": index, "4": None}, "revolutions_to": {"1 - 1/e": None}} | more
+    return (
+        made
+        | {"means": {"0 to 1": index, "3 to 4": None}, "revolutions_to": {"1 - 1/e": None}}
+        | more
+    )
 
 
 def test_seeds_of_one_mill_and_side_give_a_mean_and_others_do_not_count():
     rows = [row(2.0, 1, 0.3), row(2.0, 2, 0.5), row(2.0, 1, 0.9, side=0.2), row(3.0, 1, 0.8)]
     found = {(x["S"], x["side"]): x for x in of_seeds(rows)}
     assert found[2.0, 0.1]["seeds"] == 2
-    after = found[2.0, 0.1]["after"]
-    assert after["1"]["mean"] == pytest.approx(0.4)
-    assert after["1"]["deviation"] == pytest.approx(0.2 / np.sqrt(2.0))
-    assert after["4"] == {"mean": None, "deviation": None}
-    assert found[3.0, 0.1]["after"]["1"] == {"mean": 0.8, "deviation": None}
+    means = found[2.0, 0.1]["means"]
+    assert means["0 to 1"]["mean"] == pytest.approx(0.4)
+    assert means["0 to 1"]["deviation"] == pytest.approx(0.2 / np.sqrt(2.0))
+    assert means["3 to 4"] == {"mean": None, "deviation": None}
+    assert found[3.0, 0.1]["means"]["0 to 1"] == {"mean": 0.8, "deviation": None}
 
 
 def test_a_mean_is_unknown_if_one_seed_lacks_it():
     rows = [row(2.0, 1, 0.3), row(2.0, 2, None)]
-    assert of_seeds(rows)[0]["after"]["1"]["mean"] is None
+    assert of_seeds(rows)[0]["means"]["0 to 1"]["mean"] is None
 
 
 def test_the_line_in_S_has_the_slope_and_error_of_least_squares():
@@ -41,19 +45,22 @@ def test_the_line_in_S_has_the_slope_and_error_of_least_squares():
     index = 0.2 + 0.05 * (S - 1.0) + 0.01 * generator.normal(size=S.size)
     found, other = line_in_S(S, index), linregress(S - 1.0, index)
     assert found.at_1 == pytest.approx(other.intercept)
-    assert found.slope == pytest.approx(other.slope / other.intercept)
-    assert found.error == pytest.approx(other.stderr / other.intercept)
+    assert found.at_1_error == pytest.approx(other.intercept_stderr)
+    assert found.slope == pytest.approx(other.slope)
+    assert found.slope_error == pytest.approx(other.stderr)
     assert line_in_S(np.full(5, 2.0), index[:5]) is None
     assert line_in_S(S[:2], index[:2]) is None
 
 
-def test_lines_go_through_the_runs_of_one_scheme_and_policy():
-    rows = [row(S, 1, 0.1 * S) for S in (1.0, 2.0, 3.0)]
+def test_lines_go_through_the_scaled_mills_of_one_scheme_and_policy():
+    rows = [row(S, 1, 0.1 * S) for S in (2.0, 3.0, 5.0)]
     rows += [row(S, 1, 0.5, policy="friction-matched") for S in (2.0, 3.0, 4.0)]
-    found = {x["policy"]: x for x in lines_of(rows)}
-    assert found["paper"]["slope"] == pytest.approx(1.0)
+    found = {x["policy"]: x for x in lines_of([*rows, row(1.0, 1, 0.7)])}
+    assert found["paper"]["slope"] == pytest.approx(0.1)
+    assert found["paper"]["at_1"] == pytest.approx(0.1)
     assert found["friction-matched"]["slope"] == pytest.approx(0.0)
-    assert {x["after"] for x in lines_of(rows)} == {"1"}
+    assert [x["physical"] for x in found.values()] == [0.7, 0.7]
+    assert {x["span"] for x in found.values()} == {"0 to 1"}
 
 
 @pytest.fixture
@@ -70,7 +77,7 @@ def test_each_charge_has_a_row_for_each_side(runs):
     assert [row["side"] for row in rows] == [*SIDES, *SIDES]
     assert {row["scheme"] for row in rows} == {"constant-gravity", "constant-speed"}
     # The block turns by 1 rad, less than one revolution.
-    assert rows[0]["after"]["1"] is None
+    assert rows[0]["means"]["0 to 1"] is None
     assert rows[0]["index"][0] == 0.0
     assert len(rows[0]["index"]) == len(rows[0]["revolutions"]) == 3
 

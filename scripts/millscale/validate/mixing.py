@@ -31,8 +31,12 @@ Row = dict[str, Any]
 COMMAND = "millscale validate mixing DIR... --to JSON"
 # Of the sample cells, over R - a.
 SIDES = (0.025, 0.05, 0.1, 0.2)
-# Revolutions at which charges are compared; a rotation of 12 rad has 1.909.
-REVOLUTIONS = (1.0, 1.9, 4.0, 6.0)
+# Revolutions over which the index is averaged: it also changes with the circulation of the bed. A
+# rotation of 12 rad has 1.909.
+SPANS = {
+    f"{begin:g} to {end:g}": (begin, end) for begin, end in ((0, 1), (0.9, 1.9), (3, 4), (5, 6))
+}
+SHOWN_SPAN = "0.9 to 1.9"
 LEVELS = {"1 - 1/e": 1.0 - math.exp(-1.0), "0.9": 0.9}
 MILL = ("campaign", "scheme", "policy", "stiffness", "S")
 SERIES = MILL[:-1]
@@ -46,7 +50,7 @@ def rows_of(charges: Iterable[Charge]) -> Iterator[Row]:
                 **{key: getattr(charge, key) for key in (*MILL, "seed", "balls")},
                 "side": found.side,
                 "balls_per_cell": found.balls_per_cell,
-                "after": {f"{x:g}": found.at(x) for x in REVOLUTIONS},
+                "means": {name: found.mean(*span) for name, span in SPANS.items()},
                 "revolutions_to": {name: found.time_to(x) for name, x in LEVELS.items()},
                 "revolutions": [round(x, 4) for x in found.revolutions.tolist()],
                 "index": [round(x, 5) for x in found.index.tolist()],
@@ -65,7 +69,7 @@ def of_seeds(rows: Sequence[Row]) -> list[Row]:
                     key: _mean_and_deviation([row[name][key] for row in seeds])
                     for key in seeds[0][name]
                 }
-                for name in ("after", "revolutions_to")
+                for name in ("means", "revolutions_to")
             },
         }
         for mill, seeds in _grouped(rows, (*MILL, "side"))
@@ -93,80 +97,87 @@ class Line:
     """Least-squares line of an index against S, through single runs.
 
     Attributes:
-        at_1: the index at S = 1.
-        slope, error: change with S and its standard error, both over `at_1`.
+        at_1, at_1_error: the index at S = 1 and its standard error.
+        slope, slope_error: change with S and its standard error.
     """
 
     at_1: float
+    at_1_error: float
     slope: float
-    error: float
+    slope_error: float
 
 
 def line_in_S(S: np.ndarray, index: np.ndarray) -> Line | None:
     """Return the line through (n,) indices against S; None for fewer than 3 runs or one S.
 
-    The standard error of the slope takes the scatter about the line as that of the runs.
+    Standard errors take the scatter about the line as that of the runs.
     """
-    if len(S) < 3 or np.ptp(S) == 0.0:
+    n = len(S)
+    if n < 3 or np.ptp(S) == 0.0:
         return None
-    away = S - S.mean()
-    slope = float(away @ index / (away @ away))
-    at_1 = float(index.mean() + slope * (1.0 - S.mean()))
+    away, back = S - S.mean(), 1.0 - S.mean()
+    spread = float(away @ away)
+    slope = float(away @ index) / spread
     left = index - index.mean() - slope * away
-    error = math.sqrt(float(left @ left) / (len(S) - 2) / float(away @ away))
-    return Line(at_1, slope / at_1, error / at_1)
+    scatter = math.sqrt(float(left @ left) / (n - 2))
+    return Line(
+        at_1=float(index.mean()) + slope * back,
+        at_1_error=scatter * math.sqrt(1.0 / n + back * back / spread),
+        slope=slope,
+        slope_error=scatter / math.sqrt(spread),
+    )
 
 
 def lines_of(rows: Sequence[Row]) -> list[Row]:
-    """Return the line of the index in S for each scheme, policy, stiffness, side and number of
-    revolutions, over all campaigns."""
+    """Return the line through the scaled mills of each scheme, policy, stiffness, side and span of
+    revolutions, over all campaigns, beside the mean of the physical mill."""
     found = []
-    for (scheme, policy, stiffness, side), group in _grouped(
-        rows, ("scheme", "policy", "stiffness", "side")
-    ):
-        for after in group[0]["after"]:
-            known = [row for row in group if row["after"][after] is not None]
-            S, index = (np.array(x) for x in _columns(known, after))
-            if line := line_in_S(S, index):
-                found.append(
-                    {
-                        **{"scheme": scheme, "policy": policy, "stiffness": stiffness},
-                        **{"side": side, "after": after, "S": sorted(set(S.tolist()))},
-                        **{"runs": len(known), **vars(line)},
-                    }
-                )
+    for span in SPANS:
+        known = [row for row in rows if row["means"].get(span) is not None]
+        physical = [row for row in known if row["S"] == 1.0]
+        scaled = [row for row in known if row["S"] != 1.0]
+        for (*mill, side), runs in _grouped(scaled, ("scheme", "policy", "stiffness", "side")):
+            S = np.array([row["S"] for row in runs])
+            line = line_in_S(S, np.array([row["means"][span] for row in runs]))
+            if line is None:
+                continue
+            same = [row["means"][span] for row in physical if row["side"] == side]
+            found.append(
+                {
+                    **dict(zip(("scheme", "policy", "stiffness"), mill, strict=True)),
+                    **{"side": side, "span": span, "S": sorted(set(S.tolist()))},
+                    **{"runs": len(runs), **vars(line), "physical": mean_known(same)},
+                }
+            )
     return found
-
-
-def _columns(rows: Sequence[Row], after: str) -> tuple[list[float], list[float]]:
-    return [row["S"] for row in rows], [row["after"][after] for row in rows]
 
 
 def tables(document: Row) -> str:
     """Return the mills and the lines as Markdown tables."""
-    keys = [f"{x:g}" for x in REVOLUTIONS]
     lines = [
         "| campaign | scheme | policy | E | S | seeds | side | balls per cell "
-        f"| {' | '.join(f'M after {key}' for key in keys)} | revolutions to 1 - 1/e |",
-        "|---" * (8 + len(keys) + 1) + "|",
+        f"| {' | '.join(f'M, {span}' for span in SPANS)} | revolutions to 1 - 1/e |",
+        "|---" * (8 + len(SPANS) + 1) + "|",
     ]
     lines += [
         f"| {row['campaign']} | {row['scheme']} | {row['policy']} | {row['stiffness']} "
         f"| {row['S']:g} | {row['seeds']} | {row['side']:g} | {row['balls_per_cell']:.0f} "
-        + "".join(f"| {_text(row['after'][key])} " for key in keys)
+        + "".join(f"| {_text(row['means'][span])} " for span in SPANS)
         + f"| {_text(row['revolutions_to']['1 - 1/e'], 2)} |"
         for row in document["mills"]
     ]
     lines += [
         "",
-        "| scheme | policy | E | side | revolutions | S | runs | M at S = 1 by the line "
-        "| slope in S [% of it] |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| scheme | policy | E | side | revolutions | S | runs | slope in S "
+        "| M at S = 1 by the line "
+        "| of S = 1 |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [
         f"| {row['scheme']} | {row['policy']} | {row['stiffness']} | {row['side']:g} "
-        f"| {row['after']} | {', '.join(f'{S:g}' for S in row['S'])} | {row['runs']} "
-        f"| {row['at_1']:.3f} | {100.0 * row['slope']:+.1f} ± {100.0 * row['error']:.1f} |"
+        f"| {row['span']} | {', '.join(f'{S:g}' for S in row['S'])} | {row['runs']} "
+        f"| {row['slope']:+.4f} ± {row['slope_error']:.4f} "
+        f"| {row['at_1']:.3f} ± {row['at_1_error']:.3f} | {number(row['physical'])} |"
         for row in document["lines"]
     ]
     return "\n".join(lines)
@@ -207,11 +218,11 @@ def draw(document: Row, file: Path) -> Figure:
         markers = "osD^vP*X"
         series = [name for name, _ in _grouped(document["mills"], SERIES)]
         for (*name, side), group in _grouped(document["mills"], (*SERIES, "side")):
-            known = [row for row in group if row["after"]["1.9"]["mean"] is not None]
+            known = [row for row in group if row["means"][SHOWN_SPAN]["mean"] is not None]
             right.errorbar(
                 [row["S"] for row in known],
-                [row["after"]["1.9"]["mean"] for row in known],
-                [row["after"]["1.9"]["deviation"] or 0.0 for row in known],
+                [row["means"][SHOWN_SPAN]["mean"] for row in known],
+                [row["means"][SHOWN_SPAN]["deviation"] or 0.0 for row in known],
                 fmt=markers[series.index(tuple(name)) % len(markers)],
                 color=colormaps["plasma"](SIDES.index(side) / len(SIDES)),
                 markersize=4,
@@ -223,7 +234,7 @@ def draw(document: Row, file: Path) -> Figure:
         for i, (campaign, scheme, policy, stiffness) in enumerate(series):
             label = ", ".join((campaign, scheme, policy, f"E {stiffness}"))
             right.plot([], [], markers[i % len(markers)], color="#555", markersize=4, label=label)
-        right.set(xlabel="S", ylabel="mixing index after 1.9 revolutions", ylim=(0.0, None))
+        right.set(xlabel="S", ylabel=f"mixing index, {SHOWN_SPAN} revolutions", ylim=(0.0, None))
         figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=2)
         figure.savefig(file, dpi=150)
     return figure

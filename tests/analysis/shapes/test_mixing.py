@@ -94,9 +94,13 @@ def test_the_time_to_a_level_is_the_first_between_dumps(curve):
     assert curve.time_to(0.9) is None
 
 
-def test_the_index_between_dumps_is_interpolated_and_unknown_beyond_them(curve):
-    assert curve.at(0.75) == pytest.approx(0.35)
-    assert curve.at(1.6) is None
+def test_the_mean_index_is_that_of_the_lines_between_dumps(curve):
+    fine = np.linspace(0.25, 1.4, 100001)
+    lines = np.interp(fine, curve.revolutions, curve.index)
+    assert curve.mean(0.25, 1.4) == pytest.approx(lines.mean(), rel=1e-4)
+    assert curve.mean(0.0, 0.5) == pytest.approx(0.2)
+    assert curve.mean(0.6, 0.9) == pytest.approx(0.35)
+    assert curve.mean(0.6, 1.6) is None
 
 
 def test_a_block_that_turns_as_a_whole_mixes_only_in_cells_on_its_dividing_line(tmp_path):
@@ -138,6 +142,7 @@ def test_the_index_of_reports_is_that_of_the_curve(tmp_path):
     (curve,) = mixing(folder, case, [0.05])
     for revolutions in (0.03, 0.1, 0.15):
         found = index_after(folder, case, revolutions, 0.05)
-        assert found == pytest.approx(curve.at(revolutions))
+        expected = np.interp(revolutions, curve.revolutions, curve.index)
+        assert found == pytest.approx(expected)
     assert index_after(folder, case, 1.0, 0.05) is None
     assert index_after(folder, case, 0.1, 1e-6) is None
