@@ -41,7 +41,8 @@ class Mixing:
         """Return the mean index between two numbers of revolutions, by trapezoids; None beyond the
         dumps."""
         known = self.revolutions
-        if not known[0] <= begin < end <= known[-1]:
+        # 1e-6: the angle of the first dump is extrapolated.
+        if not known[0] - 1e-6 <= begin < end <= known[-1]:
             return None
         inside = known[(known > begin) & (known < end)]
         at = np.concatenate([[begin], inside, [end]])
