@@ -91,3 +91,16 @@ def test_the_command_writes_file_and_figure_and_prints_tables(runs):
     assert document["command"] == "millscale validate mixing DIR... --to JSON"
     assert len(document["rows"]) == len(document["mills"]) == 2 * len(SIDES)
     assert file.with_suffix(".png").stat().st_size > 10_000
+
+
+def test_campaigns_of_two_physical_mills_are_refused(runs, tmp_path_factory):
+    other = tmp_path_factory.mktemp("other")
+    folder = write_charge(other, "constant-gravity")
+    text = (folder / "case.json").read_text()
+    (folder / "case.json").write_text(text.replace('"length_m": 1.0', '"length_m": 2.0', 1))
+    finish_case(folder)
+    write_campaign(other, [folder.name])
+    done = millscale("validate", "mixing", runs, other, "--to", runs / "mixing.json")
+    assert done.returncode == 2
+    assert "give campaigns of one physical mill" in done.stderr
+    assert not (runs / "mixing.json").exists()

@@ -247,14 +247,20 @@ def write_mixing(runs: Sequence[Path], file: Path) -> str:
         runs: runs folders of finished campaigns.
 
     Raises:
-        RunFolderError: a folder holds no finished multi-ball case, or dumps are missing.
+        RunFolderError: a folder holds no finished multi-ball case or another physical mill, or
+            dumps are missing.
     """
-    rows: list[Row] = []
+    charges: list[Charge] = []
     for folder in runs:
-        charges = load_campaign(folder).charges
-        if not charges:
+        found = load_campaign(folder).charges
+        if not found:
             raise RunFolderError(folder, "no finished multi-ball case", "run its campaign first")
-        rows += rows_of(charges)
+        charges += found
+    for charge in charges:
+        if charge.case.physical != charges[0].case.physical:
+            cause = f"its physical mill is not that of {charges[0].folder}"
+            raise RunFolderError(charge.folder, cause, "give campaigns of one physical mill")
+    rows = list(rows_of(charges))
     record = provenance() | {"command": COMMAND}
     document = {"schema": 1, **record, "mills": of_seeds(rows), "lines": lines_of(rows)}
     document["rows"] = rows
