@@ -3,61 +3,13 @@
 import json
 import math
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from millscale.cli.main import app
 from millscale.errors import PredictionError
-from millscale.prediction.extrapolation import scale_function
 from millscale.prediction.predict import predict
-from synthetic_case import case_document, finish_case, write_campaign, write_case
-from synthetic_charge import charge_columns
-
-BALLS_AT_1 = 20_000
-END = 6.0  # mill angle of the rotation [rad]
-TORQUE, EXPONENT, SLOPE = 0.36, 0.3, 0.02
-SEEDS = {1: 1e-3, 2: -1e-3}  # of the torque, relative
-
-
-def torque_number(S, seed):
-    return (TORQUE + SLOPE * float(scale_function(S, EXPONENT))) * (1.0 + SEEDS[seed])
-
-
-def charge_case(S, seed, scheme="constant-gravity", policy="paper", **changes):
-    case = case_document("multi-ball", scheme, policy, S, round(BALLS_AT_1 / S**3), 0.02)
-    case["id"] += f"-seed{seed}"
-    case["seed"] = seed
-    if policy == "friction-matched":
-        case["factors"]["friction"] = 1.0 / S
-        case["material"]["static_friction_pp"] /= S
-    for path, value in changes.items():
-        part, _, key = path.partition("__")
-        case[part][key] = value
-    return case
-
-
-def columns_of(case, steady=True):
-    """A steady charge whose torque, centre and energy follow the law."""
-    columns, mill = charge_columns(case, END), case["mill"]
-    mass = case["ball"]["mass_kg"] * case["ball"]["count"]
-    weight = mass * mill["gravity_m_s2"] * mill["radius_m"]
-    angle, number = columns["mill_angle_rad"], torque_number(case["S"], case["seed"])
-    wave = 0.02 * np.sin(25.0 * angle)
-    drift = 0.0 if steady else 0.1 * angle / END
-    columns["centre_x_m"] = -mill["radius_m"] * (number + wave + drift)
-    columns["drive_work_J"] = weight * (number * angle + 0.02 * (1.0 - np.cos(25.0 * angle)) / 25.0)
-    columns["angular_momentum_Nms"] = 0.1 * weight * np.ones_like(angle)
-    return columns
-
-
-def write_mills(runs, *cases, unsteady=()):
-    folders = []
-    for case in cases:
-        folders.append(write_case(runs, case, columns_of(case, case["id"] not in unsteady)))
-        finish_case(folders[-1])
-    write_campaign(runs, [folder.name for folder in folders])
-    return runs
+from synthetic_mills import BALLS_AT_1, SEEDS, TORQUE, charge_case, write_mills
 
 
 @pytest.fixture(scope="module")
@@ -140,13 +92,13 @@ def test_what_does_not_follow_a_law_is_refused_with_its_reason(mills):
     assert found["solid_fraction"].refused == "measured at fewer than two values of S"
 
 
-def test_values_that_no_power_fits_are_refused(tmp_path, monkeypatch):
-    ratios = (1.0, 1.3, 1.696, 2.6)
+def test_values_that_no_power_fits_are_refused(tmp_path):
     bent = {1.0: 0.0, 1.3: 0.03, 1.696: -0.03, 2.6: 0.03}
-    monkeypatch.setattr(
-        "test_predict.torque_number", lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed])
+    write_mills(
+        tmp_path,
+        *(charge_case(S, seed) for S in bent for seed in SEEDS),
+        torque=lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed]),
     )
-    write_mills(tmp_path, *(charge_case(S, seed) for S in ratios for seed in SEEDS))
     assert "do not follow a power of S" in named(predict([tmp_path]))["power"].refused
 
 

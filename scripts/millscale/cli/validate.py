@@ -176,6 +176,40 @@ def fidelity(
     typer.echo(write_fidelity(study, to))
 
 
+@validate.command("friction-matched")
+def friction_matched(
+    runs: RunsArguments,
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")],
+) -> None:
+    """Compare the scaled mills of the policies paper and friction-matched with S = 1.
+
+    Takes the physical mills of which the folders hold S = 1 and scaled mills of both policies. The
+    slice of S = 1 serves both schemes. Prints Markdown tables, and draws a figure beside JSON.
+
+    Example: `millscale validate friction-matched runs/slices runs/matched --to friction.json`
+    """
+    from millscale.validate.friction_matched import write_friction_matched
+
+    typer.echo(write_friction_matched(runs, to))
+
+
+@validate.command()
+def prediction(
+    runs: RunsArguments,
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")],
+) -> None:
+    """Measure how many intervals of predictions hold what S = 1 has, and what predictions cost.
+
+    Predicts each physical mill from pairs of its scaled mills, without S = 1. Prints Markdown
+    tables, and draws two figures beside JSON: speed against error, errors over half widths.
+
+    Example: `millscale validate prediction runs/slices --to coverage.json`
+    """
+    from millscale.validate.coverage import write_coverage
+
+    typer.echo(write_coverage(runs, to))
+
+
 @validate.command("liner-variants")
 def liner_variants(
     runs: RunsOption,

@@ -1,0 +1,433 @@
+"""Predictions from scaled mills against S = 1, left out: `millscale validate prediction`.
+
+Each mill is predicted from each pair of its scaled mills, from all of them, and, where the nearer
+mill of a pair has several seeds, from each of these alone with all seeds of the farther one. How
+many intervals hold the value of S = 1 is the coverage.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from scipy.special import betaincinv
+
+from millscale.analysis.finished import Charge
+from millscale.engine.record import provenance
+from millscale.formats import NONE, counted, number
+from millscale.prediction.noise import pitch_error
+from millscale.prediction.predict import Prediction, predict_charges
+from millscale.runs.writing import write_json
+from millscale.validate.coverage_figures import draw_coverage, draw_speed
+from millscale.validate.differences import CHANCES, Comparison, comparisons, deviations
+from millscale.validate.gain import Single, cost_at_equal_error
+from millscale.validate.mills import COUNTED, Mill, load_mills, mean_time, processor_time
+
+COMMAND = "millscale validate prediction DIR... --to FILE"
+LEVEL = 0.95  # probability of the intervals
+ALL, ONE_NEAR = "all seeds", "one seed of the nearest"
+BySeeds = Mapping[float, tuple[Charge, ...]]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A predicted interval and the value of S = 1 that was left out.
+
+    Attributes:
+        refused: why there is no interval; empty if there is one.
+        value, lower, upper, truth: in `unit`.
+        truth_error: standard error of `truth` from its lifter pitches; None if not known.
+        single_cost_s: processor time of the cheapest single scaled mill of equal error [s].
+    """
+
+    observable: str
+    label: str
+    unit: str
+    refused: str
+    truth: float
+    truth_error: float | None
+    value: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    single_cost_s: float | None = None
+
+    @property
+    def is_inside(self) -> bool | None:
+        if self.lower is None or self.upper is None:
+            return None
+        return self.lower <= self.truth <= self.upper
+
+    @property
+    def error(self) -> float | None:
+        """Return the value less that of S = 1."""
+        return None if self.value is None else self.value - self.truth
+
+    @property
+    def half_width(self) -> float | None:
+        if self.lower is None or self.upper is None:
+            return None
+        return 0.5 * (self.upper - self.lower)
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON types."""
+        derived = {key: getattr(self, key) for key in ("is_inside", "error", "half_width")}
+        return asdict(self) | derived
+
+
+@dataclass(frozen=True)
+class PredictedSurface:
+    """The surface contour of a prediction against that of S = 1, in % of R - a.
+
+    Attributes:
+        mean_error, largest_error: distance along the normals.
+        half_width: of the interval, mean over the points.
+        share_inside: of the points.
+        single_cost_s: as in `Interval`, by `mean_error`.
+    """
+
+    mean_error: float
+    largest_error: float
+    half_width: float
+    share_inside: float | None
+    single_cost_s: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One prediction of one mill.
+
+    Attributes:
+        runs: (S, seeds) of the scaled mills.
+        seeds: ALL or ONE_NEAR.
+        cost_s: processor time of all runs [s].
+    """
+
+    mill: str
+    scheme: str
+    policy: str
+    runs: tuple[tuple[float, int], ...]
+    seeds: str
+    cost_s: float
+    intervals: tuple[Interval, ...]
+    surface: PredictedSurface | None
+
+    def document(self) -> dict[str, Any]:
+        """Return it as JSON types."""
+        return asdict(self) | {"intervals": [row.document() for row in self.intervals]}
+
+
+def try_predictions(folders: Sequence[Path]) -> dict[str, Any]:
+    """Return the predictions of all mills of runs folders, as JSON types.
+
+    Raises:
+        PredictionError: no mill has both S = 1 and a scaled mill.
+    """
+    mills, excluded = load_mills(folders)
+    trials = [trial for mill in mills for trial in trials_of(mill)]
+    return {
+        "schema": 1,
+        **provenance(),
+        "command": COMMAND,
+        "level": LEVEL,
+        "mills": [_mill_document(mill) for mill in mills],
+        "trials": [trial.document() for trial in trials],
+        "coverage": [
+            asdict(row) for row in coverage(trials, {x.name: mean_time(x.physical) for x in mills})
+        ],
+        "excluded": excluded,
+    }
+
+
+def _mill_document(mill: Mill) -> dict[str, Any]:
+    """Return cost and errors of S = 1 and of the single scaled mills."""
+    case = mill.physical[0].case
+    compared = [x for x in comparisons(mill) if x.name in ("power", "contour_mean")]
+    singles = []
+    for scaling, by_S in mill.scaled.items():
+        noise = {x.name: deviations(x, mill, scaling.scheme) for x in compared}
+        for S, seeds in by_S.items():
+            errors = {
+                x.name: {"error": abs(x.size(mean)), "deviation": noise[x.name].at(S)}
+                for x in compared
+                if (mean := x.mean(seeds)) is not None
+            }
+            singles.append(
+                {**scaling._asdict(), "S": S, "seeds": len(seeds), "cost_s": mean_time(seeds)}
+                | {"errors": errors}
+            )
+    return {
+        "name": mill.name,
+        "description": mill.description,
+        "cost_s": mean_time(mill.physical),
+        "settling_s": median(x.settled.processor_time_s or 0.0 for x in mill.physical),
+        "steady_from_rad": median(x.result.mean_from_rad for x in mill.physical),
+        "rotation_rad": median(x.result.rotation_angle_rad for x in mill.physical),
+        "length_share": case.mill.simulated_length_m / case.mill.length_m,
+        "deviations": {
+            x.name: deviations(x, mill, next(iter(mill.scaled)).scheme).at(1.0) for x in compared
+        },
+        "singles": singles,
+    }
+
+
+def trials_of(mill: Mill) -> Iterator[Trial]:
+    """Yield the predictions of a mill."""
+    compared = {x.name: x for x in comparisons(mill)}
+    for scaling, by_S in mill.scaled.items():
+        for ratios, seeds, used in _designs(by_S):
+            prediction = predict_charges(used, mill.physical, mill.values, LEVEL)
+            yield Trial(
+                mill.name,
+                *scaling,
+                runs=tuple((S, sum(x in by_S[S] for x in used)) for S in ratios),
+                seeds=seeds,
+                cost_s=sum(map(processor_time, used)),
+                intervals=tuple(_intervals(prediction, mill, compared)),
+                surface=_surface(prediction, mill, compared),
+            )
+
+
+def _designs(by_S: BySeeds) -> Iterator[tuple[tuple[float, ...], str, list[Charge]]]:
+    """Yield the values of S, which seeds, and the charges of each prediction."""
+    for near, far in itertools.combinations(by_S, 2):
+        yield (near, far), ALL, [*by_S[near], *by_S[far]]
+        if len(by_S[near]) > 1:
+            for charge in by_S[near]:
+                yield (near, far), ONE_NEAR, [charge, *by_S[far]]
+    if len(by_S) > 2:
+        yield tuple(by_S), ALL, [charge for seeds in by_S.values() for charge in seeds]
+
+
+def _intervals(
+    prediction: Prediction, mill: Mill, compared: Mapping[str, Comparison]
+) -> Iterator[Interval]:
+    names = {row.name for row in COUNTED}
+    for found in prediction.numbers:
+        row = found.observable
+        if row.name not in names or found.check is None:
+            continue
+        errors = [pitch_error(charge, row.name) for charge in mill.physical]
+        known = [error for error in errors if error is not None]
+        interval = Interval(
+            observable=row.name,
+            label=row.label,
+            unit=row.unit,
+            refused=found.refused,
+            truth=found.check,
+            truth_error=abs(found.scale) * max(known) if known else None,
+        )
+        if found.value is not None and found.interval is not None:
+            lower, upper = found.interval
+            cost = _single_cost(compared[row.name], prediction, mill)
+            interval = replace(
+                interval, value=found.value, lower=lower, upper=upper, single_cost_s=cost
+            )
+        yield interval
+
+
+def _surface(
+    prediction: Prediction, mill: Mill, compared: Mapping[str, Comparison]
+) -> PredictedSurface | None:
+    if prediction.contour is None or "contour_mean" not in compared:
+        return None
+    mean, largest = compared["contour_mean"], compared["contour_largest"]
+    difference = mean.of_prediction(prediction)
+    if difference is None:
+        return None
+    return PredictedSurface(
+        mean_error=mean.size(difference),
+        largest_error=largest.size(difference),
+        half_width=100.0 * float(prediction.contour.half_widths.mean()),
+        share_inside=prediction.contour.inside,
+        single_cost_s=_single_cost(mean, prediction, mill),
+    )
+
+
+def _single_cost(one: Comparison, prediction: Prediction, mill: Mill) -> float:
+    """Return the cost of the cheapest single mill, of any policy, as accurate as a prediction."""
+    difference = one.of_prediction(prediction)
+    assert difference is not None
+    physical = Single(1.0, mean_time(mill.physical), 0.0)
+    costs = []
+    for scaling, by_S in mill.scaled.items():
+        if scaling.scheme == prediction.scheme:
+            singles = [
+                Single(S, mean_time(seeds), abs(one.size(mean)))
+                for S, seeds in by_S.items()
+                if (mean := one.mean(seeds)) is not None
+            ]
+            costs.append(cost_at_equal_error([physical, *singles], abs(one.size(difference))))
+    return min(costs)
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How many intervals hold the value of S = 1, of trials that share something.
+
+    Attributes:
+        inside, intervals, refused: numbers of intervals.
+        lower, upper: 95 % binomial interval of the share inside (Clopper and Pearson).
+        within_chance: intervals that miss by less than two standard errors of S = 1.
+        half_width_over_error: median.
+        gain: median over intervals of the cost of the single mill over that of the prediction.
+        cost_share: median cost of a prediction over that of a run of S = 1.
+    """
+
+    of: str
+    inside: int
+    intervals: int
+    refused: int
+    lower: float
+    upper: float
+    within_chance: int
+    half_width_over_error: float | None
+    gain: float | None
+    cost_share: float
+
+
+def coverage(trials: Sequence[Trial], costs: Mapping[str, float]) -> list[Coverage]:
+    """Return the coverage by scaling, and there by runs, by mill and by observable.
+
+    Args:
+        costs: of a run of S = 1, by mill [s].
+    """
+    found = []
+    for scaling in sorted({(x.scheme, x.policy) for x in trials}):
+        some = [x for x in trials if (x.scheme, x.policy) == scaling]
+        name = ", ".join(scaling)
+        found.append(_coverage(name, _pairs(some), costs))
+        # The torque of a steady charge is that of its weight: x of its centre gives the power.
+        without_x = [(x, row) for x, row in _pairs(some) if row.observable != "centre_x"]
+        found.append(_coverage(f"{name}: without centre of mass, x", without_x, costs))
+        if len(costs) > 1:
+            for mill in dict.fromkeys(x.mill for x in some):
+                group = [x for x in some if x.mill == mill]
+                found.append(_coverage(f"{name}: {mill}", _pairs(group), costs))
+        else:
+            for runs in dict.fromkeys(runs_text(x.runs) for x in some):
+                group = [x for x in some if runs_text(x.runs) == runs]
+                found.append(_coverage(f"{name}: {runs}", _pairs(group), costs))
+        for label in dict.fromkeys(row.label for x in some for row in x.intervals):
+            of_label = [(x, row) for x, row in _pairs(some) if row.label == label]
+            found.append(_coverage(f"{name}: {label}", of_label, costs))
+    return found
+
+
+def _pairs(trials: Sequence[Trial]) -> list[tuple[Trial, Interval]]:
+    return [(trial, row) for trial in trials for row in trial.intervals]
+
+
+def _coverage(
+    of: str, rows: Sequence[tuple[Trial, Interval]], costs: Mapping[str, float]
+) -> Coverage:
+    known = [(trial, row) for trial, row in rows if row.is_inside is not None]
+    inside, count = sum(bool(row.is_inside) for _, row in known), len(known)
+    lower, upper = binomial_interval(inside, count)
+    over = [row.half_width / abs(row.error) for _, row in known if row.error and row.half_width]
+    gains = [row.single_cost_s / trial.cost_s for trial, row in known if row.single_cost_s]
+    return Coverage(
+        of=of,
+        inside=inside,
+        intervals=count,
+        refused=len(rows) - count,
+        lower=lower,
+        upper=upper,
+        within_chance=sum(_misses_by_chance(row) for _, row in known),
+        half_width_over_error=median(over) if over else None,
+        gain=median(gains) if gains else None,
+        cost_share=median(trial.cost_s / costs[trial.mill] for trial, _ in rows),
+    )
+
+
+def _misses_by_chance(row: Interval) -> bool:
+    if row.is_inside is not False or row.truth_error is None:
+        return False
+    assert row.lower is not None and row.upper is not None
+    return max(row.lower - row.truth, row.truth - row.upper) <= CHANCES * row.truth_error
+
+
+def binomial_interval(inside: int, count: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share by Clopper and Pearson, Biometrika 26 (1934) 404,
+    doi 10.1093/biomet/26.4.404."""
+    lower = betaincinv(inside, count - inside + 1, 0.025) if inside > 0 else 0.0
+    upper = betaincinv(inside + 1, count - inside, 0.975) if inside < count else 1.0
+    return float(lower), float(upper)
+
+
+def runs_text(runs: Sequence[tuple[float, int]]) -> str:
+    """Return S = 1.696 (1 seed), 2.6 (3 seeds)."""
+    return "S = " + ", ".join(f"{S:.4g} ({counted(seeds, 'seed')})" for S, seeds in runs)
+
+
+def write_coverage(folders: Sequence[Path], file: Path) -> str:
+    """Write the predictions to a file, and two figures beside it.
+
+    Returns:
+        Tables of the predictions and of their coverage as Markdown.
+    """
+    content = try_predictions(folders)
+    write_json(file, content)
+    draw_speed(content, file.with_suffix(".png"))
+    draw_coverage(content, file.with_name(f"{file.stem}-intervals.png"))
+    return markdown(content)
+
+
+def markdown(content: Mapping[str, Any]) -> str:
+    """Return the predictions of each mill, and the coverage over all."""
+    lines = []
+    for mill in content["mills"]:
+        trials = [trial for trial in content["trials"] if trial["mill"] == mill["name"]]
+        title = f"**{mill['name']}** ({mill['description']})"
+        cost = f"S = 1 took {mill['cost_s']:.0f} s of processor time"
+        lines += ["", f"{title}; {cost}", "", *_trials_table(trials, mill)]
+    lines += ["", *_coverage_table(content["coverage"])]
+    lines += [f"not used: {name}: {why}" for name, why in content["excluded"].items()]
+    return "\n".join(lines[1:])
+
+
+def _trials_table(trials: Sequence[Mapping[str, Any]], mill: Mapping[str, Any]) -> Iterator[str]:
+    yield (
+        "| scheme, policy | runs | cost / S = 1 | inside | refused "
+        "| power: error, half width [%] | contour: error, half width [% of R - a] "
+        "| contour: points inside [%] |"
+    )
+    yield "|---" * 8 + "|"
+    for trial in trials:
+        known = [row for row in trial["intervals"] if row["is_inside"] is not None]
+        power = next((row for row in known if row["observable"] == "power"), None)
+        surface = trial["surface"]
+        of_power = of_surface = share = NONE
+        if power:
+            error, width = (100.0 * power[key] / power["truth"] for key in ("error", "half_width"))
+            of_power = f"{error:+.2f}, {width:.2f}"
+        if surface:
+            of_surface = f"{surface['mean_error']:.2f}, {surface['half_width']:.2f}"
+            share = (
+                NONE if surface["share_inside"] is None else f"{100 * surface['share_inside']:.0f}"
+            )
+        yield (
+            f"| {trial['scheme']}, {trial['policy']} | {runs_text(trial['runs'])} "
+            f"| {trial['cost_s'] / mill['cost_s']:.2f} "
+            f"| {sum(row['is_inside'] for row in known)} of {len(known)} "
+            f"| {len(trial['intervals']) - len(known)} | {of_power} | {of_surface} | {share} |"
+        )
+
+
+def _coverage_table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    yield (
+        "| intervals of | inside | share [%] | 95 % of the share | refused "
+        "| misses by chance of S = 1 | half width / error | gain in cost | cost / S = 1 |"
+    )
+    yield "|---" * 9 + "|"
+    for row in rows:
+        share = f"{100.0 * row['inside'] / row['intervals']:.0f}" if row["intervals"] else NONE
+        yield (
+            f"| {row['of']} | {row['inside']} of {row['intervals']} | {share} "
+            f"| {100.0 * row['lower']:.0f} to {100.0 * row['upper']:.0f} | {row['refused']} "
+            f"| {row['within_chance']} | {number(row['half_width_over_error'], 1)} "
+            f"| {number(row['gain'], 2)} | {row['cost_share']:.2f} |"
+        )

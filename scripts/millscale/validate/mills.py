@@ -1,0 +1,119 @@
+"""Physical mills in runs folders: their runs of S = 1 and their scaled mills, measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+from millscale.analysis.charge.measured import measure
+from millscale.analysis.finished import Charge
+from millscale.errors import PredictionError
+from millscale.prediction.extrapolation import by_ratio
+from millscale.prediction.observables import OBSERVABLES
+from millscale.prediction.selection import by_physical_mill, usable_charges
+from millscale.runs.untrusted import RunFolderError
+
+# Torque is power over the speed of rotation: the two count as one observable.
+COUNTED = tuple(row for row in OBSERVABLES if row.name != "torque")
+
+
+class Scaling(NamedTuple):
+    """How a scaled mill follows from the physical mill."""
+
+    scheme: str
+    policy: str
+
+
+@dataclass(frozen=True)
+class Mill:
+    """A physical mill and its steady charges.
+
+    Attributes:
+        charges: by S, then seed; all schemes and policies.
+        values: of each charge, by the name of `measures.NUMBERS`.
+    """
+
+    charges: tuple[Charge, ...]
+    values: Mapping[Charge, Mapping[str, float | None]]
+
+    @cached_property
+    def physical(self) -> tuple[Charge, ...]:
+        """Return the charges of S = 1, where all schemes and policies are one mill."""
+        return tuple(charge for charge in self.charges if charge.case.is_physical)
+
+    @cached_property
+    def scaled(self) -> dict[Scaling, dict[float, tuple[Charge, ...]]]:
+        """Return the charges of the scaled mills by scaling and S, in rising order of S."""
+        found: dict[Scaling, list[tuple[float, Charge]]] = {}
+        for charge in self.charges:
+            if not charge.case.is_physical:
+                scaling = Scaling(charge.scheme, charge.policy)
+                found.setdefault(scaling, []).append((charge.S, charge))
+        return {
+            scaling: {S: tuple(seeds) for S, seeds in by_ratio(charges)}
+            for scaling, charges in sorted(found.items())
+        }
+
+    @property
+    def name(self) -> str:
+        """Return the name of the campaign of S = 1, or of the first charge without one."""
+        return (self.physical or self.charges)[0].campaign
+
+    @property
+    def description(self) -> str:
+        """Return size, lifters, ball size and speed."""
+        mill = self.charges[0].case.physical
+        froude = mill.omega_rad_s**2 * (mill.radius_m - mill.ball_radius_m) / mill.gravity_m_s2
+        return (
+            f"{2.0 * mill.radius_m:.3g} m, {mill.lifters} lifters, "
+            f"R / a = {mill.radius_m / mill.ball_radius_m:.3g}, "
+            f"{100.0 * math.sqrt(froude):.0f} % of critical"
+        )
+
+    def physical_value(self, name: str) -> float | None:
+        """Return a number of `values` at S = 1, in the mean over its charges."""
+        known = [x for charge in self.physical if (x := self.values[charge][name]) is not None]
+        return math.fsum(known) / len(known) if known else None
+
+
+def load_mills(folders: Sequence[Path]) -> tuple[list[Mill], dict[str, str]]:
+    """Return the physical mills of runs folders that have a run of S = 1, and what is not used.
+
+    Returns:
+        The mills; why charges are not used, by id.
+
+    Raises:
+        PredictionError: no mill has both a finished, steady run of S = 1 and one of a scaled mill.
+        RunFolderError: a folder holds no campaign, or a damaged one.
+    """
+    charges, excluded = usable_charges(folders)
+    values = measure(charges, []).numbers
+    mills = [Mill(tuple(found), values) for found in by_physical_mill(charges)]
+    complete = [mill for mill in mills if mill.physical and mill.scaled]
+    if not complete:
+        raise PredictionError(
+            "no mill has both a finished, steady run of S = 1 and one of a scaled mill: "
+            "millscale status DIR shows which are missing"
+        )
+    for mill in mills:
+        if mill not in complete:
+            lacks = "scaled mill" if mill.physical else "run of S = 1"
+            excluded |= {x.id: f"{x.campaign}: no {lacks} of its mill" for x in mill.charges}
+    return sorted(complete, key=lambda mill: mill.name), excluded
+
+
+def processor_time(charge: Charge) -> float:
+    """Return the processor time of settling and rotation [s]."""
+    settled, rotated = charge.settled.processor_time_s, charge.timing.processor_time_s
+    if settled is None or rotated is None:
+        raise RunFolderError(charge.folder, "its processor time is not known", "run it again")
+    return settled + rotated
+
+
+def mean_time(charges: Sequence[Charge]) -> float:
+    """Return the processor time of one of several charges, in their mean [s]."""
+    return math.fsum(map(processor_time, charges)) / len(charges)
