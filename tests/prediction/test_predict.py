@@ -57,12 +57,17 @@ def test_as_many_figures_are_shown_as_the_interval_has(mills):
     assert len(shown.replace(".", "").lstrip("0")) == 2
 
 
-def test_an_observable_that_rises_and_falls_is_a_warning(tmp_path, monkeypatch):
-    bent = {1.0: 0.0, 1.696: -0.02, 2.6: 0.02}
-    monkeypatch.setattr(
-        "test_predict.torque_number", lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed])
+def bent_mills(runs, bent):
+    """Write mills whose torque number has other errors than a power of S."""
+    return write_mills(
+        runs,
+        *(charge_case(S, seed) for S in bent for seed in SEEDS),
+        torque=lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed]),
     )
-    write_mills(tmp_path, *(charge_case(S, seed) for S in bent for seed in SEEDS))
+
+
+def test_an_observable_that_rises_and_falls_is_a_warning(tmp_path):
+    bent_mills(tmp_path, {1.0: 0.0, 1.696: -0.02, 2.6: 0.02})
     warnings = predict([tmp_path]).warnings
     assert sum("not monotonic in S" in line for line in warnings) >= 1
     assert any(line.startswith("power is not monotonic in S: ") for line in warnings)
@@ -93,12 +98,7 @@ def test_what_does_not_follow_a_law_is_refused_with_its_reason(mills):
 
 
 def test_values_that_no_power_fits_are_refused(tmp_path):
-    bent = {1.0: 0.0, 1.3: 0.03, 1.696: -0.03, 2.6: 0.03}
-    write_mills(
-        tmp_path,
-        *(charge_case(S, seed) for S in bent for seed in SEEDS),
-        torque=lambda S, seed: (TORQUE + bent[S]) * (1.0 + SEEDS[seed]),
-    )
+    bent_mills(tmp_path, {1.0: 0.0, 1.3: 0.03, 1.696: -0.03, 2.6: 0.03})
     assert "do not follow a power of S" in named(predict([tmp_path]))["power"].refused
 
 

@@ -161,7 +161,7 @@ def _first(difference: np.ndarray) -> float:
 
 def _of_number(row: Observable, mill: Mill) -> Comparison | None:
     """Return the comparison of an observable: in degrees, or in percent of S = 1."""
-    physical = mill.physical_value(row.name)
+    physical = mill.physical_value(row)
     if not physical:
         return None
     is_angle = row.unit == "deg"
@@ -169,7 +169,7 @@ def _of_number(row: Observable, mill: Mill) -> Comparison | None:
     differences = {
         charge: np.array([(value - physical) / size])
         for charge in mill.charges
-        if (value := mill.values[charge][row.name]) is not None
+        if (value := mill.value(row, charge)) is not None
     }
 
     def of_prediction(prediction: Prediction) -> np.ndarray | None:

@@ -13,12 +13,12 @@ from millscale.analysis.charge.measured import measure
 from millscale.analysis.finished import Charge
 from millscale.errors import PredictionError
 from millscale.prediction.extrapolation import by_ratio
-from millscale.prediction.observables import OBSERVABLES
+from millscale.prediction.observables import OBSERVABLES, Observable
 from millscale.prediction.selection import by_physical_mill, usable_charges
 from millscale.runs.untrusted import RunFolderError
 
-# Torque is power over the speed of rotation: the two count as one observable.
-COUNTED = tuple(row for row in OBSERVABLES if row.name != "torque")
+# Observables that are another one in another unit, such as torque and power, count once.
+COUNTED = tuple(row for row in OBSERVABLES if not row.restates)
 
 
 class Scaling(NamedTuple):
@@ -74,9 +74,13 @@ class Mill:
             f"{100.0 * math.sqrt(froude):.0f} % of critical"
         )
 
-    def physical_value(self, name: str) -> float | None:
-        """Return a number of `values` at S = 1, in the mean over its charges."""
-        known = [x for charge in self.physical if (x := self.values[charge][name]) is not None]
+    def value(self, row: Observable, charge: Charge) -> float | None:
+        """Return the dimensionless number of an observable in a charge."""
+        return row.read(charge, self.values[charge])
+
+    def physical_value(self, row: Observable) -> float | None:
+        """Return the number of an observable at S = 1, in the mean over its charges."""
+        known = [x for charge in self.physical if (x := self.value(row, charge)) is not None]
         return math.fsum(known) / len(known) if known else None
 
 
