@@ -8,7 +8,6 @@ import numpy as np
 
 from millscale.runs.series import Series
 
-PHASES = 25  # of a lifter pitch, at which a mean curve is given
 # Column of series.csv by the frame in which the box is at rest.
 FRAMES = {"fixed": "box_fixed_mass_fraction", "rotating": "box_rotating_mass_fraction"}
 
@@ -29,17 +28,6 @@ class MassFlow:
 def flow_of(series: Series, column: str) -> MassFlow:
     """Return one of FRAMES of a series."""
     return MassFlow(series["mill_angle_rad"], series[column])
-
-
-def over_pitch(flow: MassFlow, edges: np.ndarray) -> np.ndarray:
-    """Return the mean curve over a lifter pitch, (PHASES,) float.
-
-    Args:
-        edges: (n + 1,) float, mill angles at which whole pitches begin and end [rad].
-    """
-    phases = (np.arange(PHASES) + 0.5) / PHASES
-    angles = edges[:-1, None] + np.diff(edges)[:, None] * phases
-    return np.interp(angles, flow.mill_angle, flow.share).mean(axis=0)
 
 
 def compare_flow(flow: MassFlow, reference: MassFlow) -> tuple[float, float | None, float | None]:

@@ -39,6 +39,8 @@ def test_every_task_is_a_command():
         *(
             f"validate {name}"
             for name in (
+                "friction-matched",
+                "prediction",
                 *("hard-cases", "energy", "time-step", "torque", "sampling"),
                 *("liner-variants", "fidelity", "mixing"),
             )

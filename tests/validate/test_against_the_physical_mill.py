@@ -7,11 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 from scipy.stats import binom
 from typer.testing import CliRunner
 
-from millscale.analysis.shapes.mass_flow import MassFlow, over_pitch
 from millscale.cli.main import app
 from millscale.errors import PredictionError
 from millscale.prediction.extrapolation import scale_function
@@ -161,13 +159,20 @@ def test_the_contour_is_compared_along_the_normals(mill, monkeypatch):
     assert found["contour_mean"].size(difference) == pytest.approx(0.5, abs=0.01)
 
 
-def test_the_mean_curve_of_a_pitch_is_free_of_a_slow_wave():
-    pitch = 2.0 * math.pi / 25
-    angle = np.arange(0.0, 10.0, 0.005)
-    share = 0.1 + 0.02 * np.sin(25.0 * angle) + 0.01 * np.cos(25.0 / 8.0 * angle)
-    found = over_pitch(MassFlow(angle, share), pitch * np.arange(8, 33))
-    phases = (np.arange(len(found)) + 0.5) / len(found)
-    assert_allclose(found, 0.1 + 0.02 * np.sin(2.0 * math.pi * phases), atol=2e-4)
+def test_the_mass_in_the_box_is_compared_over_a_pitch(mill, monkeypatch):
+    """A curve 2 % higher, and one that is as high but half a pitch late."""
+    phases = 2.0 * math.pi * (np.arange(20) + 0.5) / 20
+
+    def masses(charge):
+        late = math.pi * (charge.S == 1.696)
+        return (1.0 + 0.02 * (charge.S == 2.6)) * (0.1 + 0.01 * np.sin(phases + late))[None, :]
+
+    monkeypatch.setattr(differences, "pitch_masses", masses)
+    one = next(x for x in comparisons(mill) if x.name == "mass_flow")
+    of_paper = mill.scaled["constant-gravity", "paper"]
+    higher = 2.0 * math.sqrt(1.0 + 0.5 * 0.1**2)
+    assert one.size(one.mean(of_paper[2.6])) == pytest.approx(higher)
+    assert one.size(one.mean(of_paper[1.696])) == pytest.approx(20.0 / math.sqrt(2.0))
 
 
 def law_mills(ratios, b=0.04):
@@ -235,7 +240,7 @@ def test_intervals_inside_outside_and_refused_are_counted():
 
     rows = (row(0.5), row(-0.25), row(-1.5, 0.3), row(1.5, 0.2), row(0.0, refused="no noise"))
     trial = Trial(
-        "a", "constant-gravity", "paper", ((1.7, 1), (2.6, 2)), ONE_NEAR, 20.0, rows, None
+        "a", "constant-gravity", "paper", ((1.7, 1), (2.6, 2)), ONE_NEAR, 20.0, rows, None, None
     )
     (found, *_) = coverage([trial], {"a": 100.0})
     assert (found.inside, found.intervals, found.refused, found.within_chance) == (2, 4, 1, 1)

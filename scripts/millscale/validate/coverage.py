@@ -8,6 +8,7 @@ many intervals hold the value of S = 1 is the coverage.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -79,18 +80,18 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class PredictedSurface:
-    """The surface contour of a prediction against that of S = 1, in % of R - a.
+class Curve:
+    """A predicted curve against that of S = 1.
 
     Attributes:
-        mean_error, largest_error: distance along the normals.
-        half_width: of the interval, mean over the points.
+        error: of the contour the mean distance along the normals, in % of R - a; of the mass in the
+            box the RMS difference, in % of its mean.
+        half_width: of the interval, mean over the points, in the same unit.
         share_inside: of the points.
-        single_cost_s: as in `Interval`, by `mean_error`.
+        single_cost_s: as in `Interval`.
     """
 
-    mean_error: float
-    largest_error: float
+    error: float
     half_width: float
     share_inside: float | None
     single_cost_s: float
@@ -113,7 +114,8 @@ class Trial:
     seeds: str
     cost_s: float
     intervals: tuple[Interval, ...]
-    surface: PredictedSurface | None
+    contour: Curve | None
+    mass_flow: Curve | None
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON types."""
@@ -187,7 +189,8 @@ def trials_of(mill: Mill) -> Iterator[Trial]:
                 seeds=seeds,
                 cost_s=sum(map(processor_time, used)),
                 intervals=tuple(_intervals(prediction, mill, compared)),
-                surface=_surface(prediction, mill, compared),
+                contour=_contour(prediction, mill, compared),
+                mass_flow=_mass_flow(prediction, mill, compared),
             )
 
 
@@ -218,7 +221,7 @@ def _intervals(
             unit=row.unit,
             refused=found.refused,
             truth=found.check,
-            truth_error=abs(found.scale) * max(known) if known else None,
+            truth_error=abs(found.scale) * math.hypot(*known) / len(known) if known else None,
         )
         if found.value is not None and found.interval is not None:
             lower, upper = found.interval
@@ -229,22 +232,32 @@ def _intervals(
         yield interval
 
 
-def _surface(
+def _contour(
     prediction: Prediction, mill: Mill, compared: Mapping[str, Comparison]
-) -> PredictedSurface | None:
-    if prediction.contour is None or "contour_mean" not in compared:
+) -> Curve | None:
+    found, one = prediction.contour, compared.get("contour_mean")
+    if found is None or one is None:
         return None
-    mean, largest = compared["contour_mean"], compared["contour_largest"]
-    difference = mean.of_prediction(prediction)
+    return _curve(one, prediction, mill, 100.0 * float(found.half_widths.mean()), found.inside)
+
+
+def _mass_flow(
+    prediction: Prediction, mill: Mill, compared: Mapping[str, Comparison]
+) -> Curve | None:
+    found, one = prediction.mass_flow, compared.get("mass_flow")
+    if found is None or one is None:
+        return None
+    width = 100.0 * float(found.half_widths.mean() / found.values.mean())
+    return _curve(one, prediction, mill, width, found.inside)
+
+
+def _curve(
+    one: Comparison, prediction: Prediction, mill: Mill, half_width: float, inside: float | None
+) -> Curve | None:
+    difference = one.of_prediction(prediction)
     if difference is None:
         return None
-    return PredictedSurface(
-        mean_error=mean.size(difference),
-        largest_error=largest.size(difference),
-        half_width=100.0 * float(prediction.contour.half_widths.mean()),
-        share_inside=prediction.contour.inside,
-        single_cost_s=_single_cost(mean, prediction, mill),
-    )
+    return Curve(one.size(difference), half_width, inside, _single_cost(one, prediction, mill))
 
 
 def _single_cost(one: Comparison, prediction: Prediction, mill: Mill) -> float:
@@ -378,7 +391,7 @@ def write_coverage(folders: Sequence[Path], file: Path) -> str:
 
 def markdown(content: Mapping[str, Any]) -> str:
     """Return the predictions of each mill, and the coverage over all."""
-    lines = []
+    lines = ["", "errors of power, contour and mass in the box; in brackets the half width"]
     for mill in content["mills"]:
         trials = [trial for trial in content["trials"] if trial["mill"] == mill["name"]]
         title = f"**{mill['name']}** ({mill['description']})"
@@ -392,29 +405,33 @@ def markdown(content: Mapping[str, Any]) -> str:
 def _trials_table(trials: Sequence[Mapping[str, Any]], mill: Mapping[str, Any]) -> Iterator[str]:
     yield (
         "| scheme, policy | runs | cost / S = 1 | inside | refused "
-        "| power: error, half width [%] | contour: error, half width [% of R - a] "
-        "| contour: points inside [%] |"
+        "| power [%] | contour [% of R - a] | points inside [%] "
+        "| mass in the box [% of mean] | points inside [%] |"
     )
-    yield "|---" * 8 + "|"
+    yield "|---" * 10 + "|"
     for trial in trials:
         known = [row for row in trial["intervals"] if row["is_inside"] is not None]
         power = next((row for row in known if row["observable"] == "power"), None)
-        surface = trial["surface"]
-        of_power = of_surface = share = NONE
+        of_power = NONE
         if power:
             error, width = (100.0 * power[key] / power["truth"] for key in ("error", "half_width"))
-            of_power = f"{error:+.2f}, {width:.2f}"
-        if surface:
-            of_surface = f"{surface['mean_error']:.2f}, {surface['half_width']:.2f}"
-            share = (
-                NONE if surface["share_inside"] is None else f"{100 * surface['share_inside']:.0f}"
-            )
+            of_power = f"{error:+.2f} ({abs(width):.2f})"
+        curves = " | ".join(_curve_text(trial[name]) for name in ("contour", "mass_flow"))
         yield (
             f"| {trial['scheme']}, {trial['policy']} | {runs_text(trial['runs'])} "
             f"| {trial['cost_s'] / mill['cost_s']:.2f} "
             f"| {sum(row['is_inside'] for row in known)} of {len(known)} "
-            f"| {len(trial['intervals']) - len(known)} | {of_power} | {of_surface} | {share} |"
+            f"| {len(trial['intervals']) - len(known)} | {of_power} | {curves} |"
         )
+
+
+def _curve_text(curve: Mapping[str, Any] | None) -> str:
+    """Return the cells of error with half width, and of the points inside."""
+    if curve is None:
+        return f"{NONE} | {NONE}"
+    inside = curve["share_inside"]
+    share = NONE if inside is None else f"{100.0 * inside:.0f}"
+    return f"{curve['error']:.2f} ({curve['half_width']:.2f}) | {share}"
 
 
 def _coverage_table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:

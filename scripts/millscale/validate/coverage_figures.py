@@ -131,8 +131,8 @@ def _points(
 def _error_and_width(trial: Mapping[str, Any], name: str) -> tuple[float, float] | None:
     """Return the error and the half width of a prediction in %."""
     if name == "contour_mean":
-        surface = trial["surface"]
-        return (surface["mean_error"], surface["half_width"]) if surface else None
+        contour = trial["contour"]
+        return (contour["error"], contour["half_width"]) if contour else None
     row = next((row for row in trial["intervals"] if row["observable"] == name), None)
     if row is None or row["error"] is None:
         return None

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from millscale.analysis.finished import Charge
-from millscale.analysis.shapes.mass_flow import FRAMES, flow_of, over_pitch
 from millscale.prediction.contour import displacements, mean_contour, with_normals
 from millscale.prediction.extrapolation import SAME_S
+from millscale.prediction.mass_flow import pitch_masses
 from millscale.prediction.observables import Observable
 from millscale.prediction.predict import Prediction
 from millscale.runs.untrusted import RunFolderError
@@ -213,19 +213,24 @@ def _of_contour(mill: Mill) -> list[Comparison]:
 
 
 def _of_mass_flow(mill: Mill) -> Comparison | None:
-    column = FRAMES["fixed"]
-    curves = {
-        x: over_pitch(
-            flow_of(x.series, column),
-            np.linspace(x.result.mean_from_rad, x.result.mean_to_rad, x.result.pitches + 1),
-        )
-        for x in mill.charges
-        if x.has(column)
-    }
+    """Return the comparison of the mass in the box over a lifter pitch; None without a box."""
+    masses = {charge: pitch_masses(charge) for charge in mill.charges}
+    curves = {charge: x.mean(axis=0) for charge, x in masses.items() if x is not None}
     known = [curves[charge] for charge in mill.physical if charge in curves]
     if not known or np.mean(known) <= 0.0:
         return None
     middle = np.mean(known, axis=0)
-    differences = {x: 100.0 * (curve - middle) / middle.mean() for x, curve in curves.items()}
-    label = "mass in the box over a lifter pitch, RMS"
-    return Comparison("mass_flow", label, "% of mean", _root_mean_square, differences)
+    unit = 0.01 * middle.mean()
+
+    def of_prediction(prediction: Prediction) -> np.ndarray | None:
+        found = prediction.mass_flow
+        return None if found is None else (found.values - middle) / unit
+
+    return Comparison(
+        "mass_flow",
+        "mass in the box over a lifter pitch, RMS",
+        "% of mean",
+        _root_mean_square,
+        {charge: (curve - middle) / unit for charge, curve in curves.items()},
+        of_prediction,
+    )
