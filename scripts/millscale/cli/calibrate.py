@@ -49,7 +49,7 @@ def calibrate(
     """Find the friction exponent of policy friction-matched without the physical mill.
 
     Runs the scaled mill of S = NEAR with the friction of the campaign, and that of S = FAR with
-    friction over (FAR / NEAR)^k at k = 0, 1 and the k that matches the centre of mass. Prints k
+    friction over (FAR / NEAR)^k at k = 0, 2 and the k that matches the centre of mass. Prints k
     for the campaign file and the differences that are left. Writes DIR/calibration.json. After
     Ctrl-C, repeat the command to resume. See docs/guide/calibrate.md.
 

@@ -28,7 +28,7 @@ from millscale.errors import CampaignError, PredictionError
 from millscale.formats import duration
 from millscale.prediction.contour import mean_contour
 from millscale.prediction.extrapolation import Group
-from millscale.prediction.friction_exponent import Match, match
+from millscale.prediction.friction_exponent import LARGEST_EXPONENT, Match, match
 from millscale.prediction.noise import noise_of
 from millscale.prediction.selection import usable_charges
 from millscale.runs.case_file import Case
@@ -41,7 +41,7 @@ from millscale.workflow.run_command import check_free_disk, request, run_campaig
 SCHEMA = 1
 RESULT = "calibration.json"
 CAMPAIGN = "calibration.toml"
-# Runs after those of k = 0 and 1 that look for the exponent.
+# Runs after those of both ends of the range that look for the exponent.
 MOST_SEARCHES = 3
 # x of the centre of mass over R: the torque of the drive over M g R is its negative.
 MATCHED = "centre_x"
@@ -71,7 +71,7 @@ class Mills:
         return self.far / self.near
 
     def campaign_text(self, exponents: Sequence[float]) -> str:
-        """Return a campaign file of the reference with k = 0 and 1, or of one other k alone."""
+        """Return a campaign file of the reference with k = 0 and another, or of one k alone."""
         begins = 0.0 in exponents
         tree = {name: dict(content) for name, content in self.tree.items()}
         shown = ", ".join(f"{k:g}" for k in exponents)
@@ -112,6 +112,7 @@ class Calibration:
     Attributes:
         noise_from: "seeds", or "lifter pitches" of single runs.
         contours: mean distance of the contour from the reference's by k, over R - a.
+        excluded: charges that are not used, and why.
     """
 
     near: float
@@ -121,6 +122,7 @@ class Calibration:
     noise_from: str
     observables: tuple[Observable, ...]
     contours: Mapping[float, float]
+    excluded: Mapping[str, str]
 
     @property
     def exponent(self) -> float:
@@ -152,26 +154,31 @@ class Calibration:
                 asdict(row) | {"tried": _by_text(row.tried)} for row in self.observables
             ],
             "contour_distance": _by_text(self.contours),
+            "excluded": dict(self.excluded),
         }
 
 
 @dataclass
 class _Runs:
-    """Charges of the reference and, by k, of the other mill, with their measured numbers."""
+    """Steady charges of the reference and, by k, of the other mill, with their measured numbers.
+
+    Attributes:
+        excluded: charges that are not used, and why.
+    """
 
     reference: list[Charge] = field(default_factory=list)
     tried: dict[float, list[Charge]] = field(default_factory=dict)
     numbers: dict[Charge, dict[str, float | None]] = field(default_factory=dict)
+    excluded: dict[str, str] = field(default_factory=dict)
 
-    def read(self, folder: Path) -> None:
+    def read(self, folder: Path, exponents: Sequence[float]) -> None:
         """Add the charges of a runs folder.
 
         Raises:
-            PredictionError: a charge is not steady.
+            PredictionError: no charge of the reference or of an exponent is steady.
         """
         charges, excluded = usable_charges([folder])
-        for name, why in excluded.items():
-            raise PredictionError(f"{folder.name}/{name}: {why}; a calibration needs all its runs")
+        self.excluded |= {f"{folder.name}/{name}": why for name, why in excluded.items()}
         for charge in charges:
             if charge.is_physical:
                 self.reference.append(charge)
@@ -180,6 +187,9 @@ class _Runs:
             else:
                 self.tried.setdefault(0.0, []).append(charge)
         self.numbers |= measure(charges, []).numbers
+        if not self.reference or any(k not in self.tried for k in exponents):
+            reasons = ", ".join(f"{name}: {why}" for name, why in self.excluded.items())
+            raise PredictionError(f"a mill has no steady charge ({reasons}): turn longer")
 
     def match(self) -> tuple[Match, str]:
         """Return the exponent, and what its noise was found from."""
@@ -311,13 +321,13 @@ def calibrate(
         PredictionError: the exponent is not determined, out of range or not confirmed.
     """
     found = _Runs()
-    exponents: tuple[float, ...] = (0.0, 1.0)
+    exponents: tuple[float, ...] = (0.0, LARGEST_EXPONENT)
     with hold(runs):
         for _ in range(1 + MOST_SEARCHES):
             folder = runs / f"k{exponents[-1]:.2f}"
             if not _run(mills.campaign_text(exponents), folder, cores, ignore_disk, console):
                 return None
-            found.read(folder)
+            found.read(folder, exponents)
             matched, noise_from = found.match()
             if matched.next_exponent is None:
                 result = Calibration(
@@ -328,6 +338,7 @@ def calibrate(
                     noise_from,
                     tuple(found.observable(name) for name in SHOWN),
                     found.contours(),
+                    found.excluded,
                 )
                 write_json(runs / RESULT, provenance() | result.document())
                 return result

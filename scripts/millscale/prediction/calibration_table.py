@@ -48,6 +48,8 @@ def calibration_lines(found: Calibration) -> Iterator[str]:
         f"confirmed by the run of k = {confirmed:g}: -x_c / R differs by "
         f"{matched.differences[confirmed]:+.2g}, by chance {matched.largest_chance:.2g}"
     )
+    for name, why in found.excluded.items():
+        yield f"not used: {name}: {why}"
     for name in found.worse_at(confirmed):
         yield f"warning: farther from the reference than without matching: {_label(name)}"
     yield "in the campaign file:"

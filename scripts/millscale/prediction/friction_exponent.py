@@ -5,8 +5,9 @@ balls of mu. Their charges stand alike at the k at which an observable y of both
 
     y_far(k) = y_near
 
-y_far is the line through its values at two k, and the parabola of least squares through more.
-Derived here; docs/theory/similarity-law.md, "Friction between balls".
+y_far is the line through its values at both ends of the range of k, and the parabola of least
+squares through more. The ends are run first, because the noise of y counts least there. Derived
+here; docs/theory/similarity-law.md, "Friction between balls".
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def match(
 
     Args:
         reference: the mill of S_near.
-        tried: the mill of S_far by k; holds 0 and 1.
+        tried: the mill of S_far by k; holds 0 and `LARGEST_EXPONENT`.
         noise: of one run.
         level: probability of the interval.
 
@@ -68,9 +69,6 @@ def match(
     k = np.array(list(differences))
     values = np.array(list(differences.values()))
     exponent = _root(k, values)
-    if len(k) == 2:
-        # A line extrapolates: the end of the range is run before k is refused.
-        exponent = min(exponent, LARGEST_EXPONENT)
     _check_range(exponent, differences)
     # Each run moves k by its own noise, and the reference moves it by that of all values at once.
     root = _root(k, values)
@@ -92,7 +90,7 @@ def match(
 
 
 def _check_signal(differences: Mapping[float, float], chance: float) -> None:
-    unmatched, effect = differences[0.0], differences[0.0] - differences[1.0]
+    unmatched, effect = differences[0.0], differences[0.0] - differences[LARGEST_EXPONENT]
     if abs(unmatched) <= chance:
         raise PredictionError(
             f"the mills differ by {unmatched:+.2g} in -x_c / R without matching, and by "
@@ -100,8 +98,8 @@ def _check_signal(differences: Mapping[float, float], chance: float) -> None:
         )
     if abs(effect) <= chance:
         raise PredictionError(
-            f"k = 1 changes -x_c / R by {-effect:+.2g}, and chance by {chance:.2g}: the friction "
-            "between balls does not decide how the charge stands, or add seeds"
+            f"k = {LARGEST_EXPONENT:g} changes -x_c / R by {-effect:+.2g}, and chance by "
+            f"{chance:.2g}: the friction between balls does not decide how the charge stands"
         )
 
 
