@@ -36,6 +36,10 @@ def predict(
         Path | None,
         typer.Option("--errors", metavar="JSON", help="Also write the errors of the scaled mills."),
     ] = None,
+    field_to: Annotated[
+        Path | None,
+        typer.Option("--field", metavar="CSV", help="Also write the map of the solid fraction."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Predict power, shape and energies of the physical mill from its finished scaled mills.
@@ -51,7 +55,7 @@ def predict(
     from millscale.prediction.error_model import learn
     from millscale.prediction.predict import predict as predict_mill
     from millscale.prediction.table import checks_table, prediction_lines, prediction_table
-    from millscale.runs.writing import write_json
+    from millscale.runs.writing import write_json, write_text
 
     if not 0.5 <= level < 1.0:
         raise PredictionError(f"--level: got {level:g}, accepted are 0.5 to below 1")
@@ -59,6 +63,10 @@ def predict(
     content = provenance() | prediction.document()
     if to:
         write_json(to, content)
+    if field_to:
+        if prediction.field is None:
+            raise PredictionError(f"--field {field_to}: {prediction.field_refused}")
+        write_text(field_to, prediction.field.csv())
     if errors_to:
         write_json(errors_to, learn(prediction, provenance()).document())
     if as_json:

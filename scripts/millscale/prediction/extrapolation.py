@@ -50,6 +50,10 @@ class Prior:
     upper: float
 
     @property
+    def middle(self) -> float:
+        return 0.5 * (self.lower + self.upper)
+
+    @property
     def exponents(self) -> np.ndarray:
         """Return values of p of equal probability, (`_EXPONENTS`,) float."""
         return self.lower + (self.upper - self.lower) * (np.arange(_EXPONENTS) + 0.5) / _EXPONENTS
@@ -175,17 +179,17 @@ def extrapolate(
     runs = np.array([len(group.values) for group in groups], dtype=float)
 
     exponents = prior.exponents
-    weights = np.array([_weights(S, runs, p) for p in exponents])
-    check_norm(S, float(np.linalg.norm(weights, axis=1).max()))
-    centres = weights @ means
-    scales = noise.deviation * np.sqrt((weights**2 / runs).sum(axis=1))
+    of_exponents = np.array([weights(S, runs, p) for p in exponents])
+    check_norm(S, float(np.linalg.norm(of_exponents, axis=1).max()))
+    centres = of_exponents @ means
+    scales = noise.deviation * np.sqrt((of_exponents**2 / runs).sum(axis=1))
     misfits = np.array([_misfit(S, runs, means, p) for p in exponents])
     shares = _shares(misfits, noise, len(groups) - 2)
 
     mixture = _Mixture(shares, centres, scales, noise.freedom)
     tail = 0.5 * (1.0 - level)
     p = float(shares @ exponents)
-    at_mean = _weights(S, runs, p)
+    at_mean = weights(S, runs, p)
     return Extrapolation(
         value=mixture.quantile(0.5),
         lower=mixture.quantile(tail),
@@ -220,7 +224,7 @@ def exact_exponent(groups: Sequence[Group], truth: float) -> float | None:
     runs = np.array([len(group.values) for group in ordered], dtype=float)
 
     def excess(p: float) -> float:
-        return float(_weights(S, runs, p) @ means) - truth
+        return float(weights(S, runs, p) @ means) - truth
 
     ends = -FARTHEST_EXPONENT, FARTHEST_EXPONENT
     if excess(ends[0]) * excess(ends[1]) > 0.0:
@@ -232,7 +236,7 @@ def largest_norm(groups: Sequence[Group], prior: Prior) -> float:
     """Return the largest norm over p of the weights of the groups, by which noise is multiplied."""
     S = np.array([group.S for group in groups])
     runs = np.array([len(group.values) for group in groups], dtype=float)
-    return max(float(np.linalg.norm(_weights(S, runs, p))) for p in prior.exponents)
+    return max(float(np.linalg.norm(weights(S, runs, p))) for p in prior.exponents)
 
 
 def check_norm(ratios: Iterable[float], norm: float) -> None:
@@ -265,8 +269,12 @@ def _design(S: np.ndarray, p: float) -> np.ndarray:
     return np.column_stack([np.ones_like(S), scale_function(S, p)])
 
 
-def _weights(S: np.ndarray, runs: np.ndarray, p: float) -> np.ndarray:
-    """(groups,) float: weights of the group means in q(1), which sum to 1."""
+def weights(S: np.ndarray, runs: np.ndarray, p: float) -> np.ndarray:
+    """Return the weights of the group means in q(1), which sum to 1, (groups,) float.
+
+    Args:
+        S, runs: (groups,) float, and the number of runs of each.
+    """
     design = _design(S, p)
     normal = design.T @ (runs[:, None] * design)
     return np.linalg.solve(normal, design.T * runs)[0]

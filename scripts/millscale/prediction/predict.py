@@ -19,6 +19,7 @@ from millscale.prediction.extrapolation import (
     extrapolate,
     reverses,
 )
+from millscale.prediction.field import predict_field
 from millscale.prediction.mass_flow import predict_mass_flow
 from millscale.prediction.noise import noise_of
 from millscale.prediction.observables import (
@@ -100,6 +101,7 @@ def predict_charges(
         numbers = [_with_check(number, left_out, values) for number in numbers]
     contour, refused = _or_reason(predict_contour, used, left_out, level)
     mass_flow, flow_refused = _or_reason(predict_mass_flow, used, left_out, level)
+    field, field_refused = _or_reason(predict_field, used, left_out)
     # At S = 1 all schemes and policies are the same mill.
     scaled = next(charge for charge in used if not charge.case.is_physical)
     return Prediction(
@@ -115,6 +117,8 @@ def predict_charges(
         level=level,
         mass_flow=mass_flow,
         mass_flow_refused=flow_refused,
+        field=field,
+        field_refused=field_refused,
     )
 
 
@@ -169,15 +173,10 @@ def _groups(
 T = TypeVar("T")
 
 
-def _or_reason(
-    predicted: Callable[[Sequence[Charge], Sequence[Charge], float], T],
-    charges: Sequence[Charge],
-    left_out: Sequence[Charge],
-    level: float,
-) -> tuple[T | None, str]:
-    """Return what is predicted, or why it is not."""
+def _or_reason(predicted: Callable[..., T], *given: object) -> tuple[T | None, str]:
+    """Return what is predicted from what is given, or why it is not."""
     try:
-        return predicted(charges, left_out, level), ""
+        return predicted(*given), ""
     except (ExtrapolationError, RunFolderError) as error:
         return None, str(error)
 

@@ -12,6 +12,7 @@ from millscale.errors import nearest
 from millscale.formats import NONE, number
 from millscale.prediction.contour import PredictedContour
 from millscale.prediction.extrapolation import Extrapolation, Group, Noise, exact_exponent
+from millscale.prediction.field import PredictedField
 from millscale.prediction.mass_flow import PredictedCurve
 from millscale.prediction.observables import Observable, PhysicalMill
 
@@ -139,6 +140,7 @@ class Prediction:
     Attributes:
         contour: the free surface; None if it is not extrapolated, which `contour_refused` explains.
         mass_flow: mass in the monitoring box over a lifter pitch; None as the contour.
+        field: mean solid fraction of the cross-section, without an interval; None as the contour.
         runs: charges used, by S, then seed.
         excluded: charges that were not used, and why, by id.
         warnings: what may mislead.
@@ -156,6 +158,8 @@ class Prediction:
     level: float = 0.95
     mass_flow: PredictedCurve | None = None
     mass_flow_refused: str = ""
+    field: PredictedField | None = None
+    field_refused: str = ""
 
     def __getitem__(self, name: str) -> PredictedNumber:
         """Return an observable by its name, such as "power".
@@ -192,6 +196,8 @@ class Prediction:
             "contour_refused": self.contour_refused,
             "mass_in_box": self.mass_flow and self.mass_flow.document(self.mill.mass),
             "mass_in_box_refused": self.mass_flow_refused,
+            "solid_fraction_field": self.field and self.field.document(),
+            "solid_fraction_field_refused": self.field_refused,
             "runs": [
                 {"campaign": x.campaign, "id": x.id, "S": x.S, "seed": x.seed} for x in self.runs
             ],

@@ -80,6 +80,7 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
                 f"the smallest scaled S: {theirs:.2f} %"
             )
     yield from _mass_flow_lines(prediction)
+    yield from _field_lines(prediction)
     by_ratio: dict[str, int] = {}
     for charge in prediction.runs:
         by_ratio[f"{charge.S:.4g}"] = by_ratio.get(f"{charge.S:.4g}", 0) + 1
@@ -109,6 +110,19 @@ def _mass_flow_lines(prediction: Prediction) -> Iterator[str]:
             f"  RMS difference from S = 1, left out: {100.0 * curve.check:.1f} % of "
             f"its mean, {100.0 * curve.inside:.0f} % of the phases inside; that of the "
             f"smallest scaled S: {100.0 * curve.nearest:.1f} %"
+        )
+
+
+def _field_lines(prediction: Prediction) -> Iterator[str]:
+    field = prediction.field
+    if field is None:
+        yield f"not predicted: map of the solid fraction: {prediction.field_refused}"
+        return
+    yield "map of the solid fraction, without an interval: --field FILE writes it"
+    if field.check is not None and field.nearest is not None:
+        yield (
+            f"  balls that S = 1, left out, has elsewhere: {100.0 * field.check:.1f} %; than the "
+            f"smallest scaled S: {100.0 * field.nearest:.1f} %"
         )
 
 
