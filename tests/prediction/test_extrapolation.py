@@ -147,6 +147,7 @@ def test_the_exponent_of_a_known_mill_is_found(S, p):
 
 def test_a_mill_that_no_exponent_gives_has_none():
     assert exact_exponent(groups(TWO, 0.5), 1.9) is None
+    assert exact_exponent(groups(TWO, 0.5, 0.0), 1.0) is None
 
 
 def test_values_that_rise_and_fall_are_not_monotonic():

@@ -54,7 +54,12 @@ def predict(
     from millscale.engine.record import provenance
     from millscale.prediction.error_model import learn
     from millscale.prediction.predict import predict as predict_mill
-    from millscale.prediction.table import checks_table, prediction_lines, prediction_table
+    from millscale.prediction.table import (
+        checks_table,
+        impact_tables,
+        prediction_lines,
+        prediction_table,
+    )
     from millscale.runs.writing import write_json, write_text
 
     if not 0.5 <= level < 1.0:
@@ -74,6 +79,8 @@ def predict(
         return
     console = console_of()
     console.print(prediction_table(prediction))
+    for table in impact_tables(prediction):
+        console.print(table)
     console.print(checks_table(prediction))
     for line in prediction_lines(prediction):
         console.print(line, highlight=False)

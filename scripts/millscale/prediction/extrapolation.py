@@ -227,7 +227,7 @@ def exact_exponent(groups: Sequence[Group], truth: float) -> float | None:
         return float(weights(S, runs, p) @ means) - truth
 
     ends = -FARTHEST_EXPONENT, FARTHEST_EXPONENT
-    if excess(ends[0]) * excess(ends[1]) > 0.0:
+    if excess(ends[0]) * excess(ends[1]) >= 0.0:
         return None
     return float(brentq(excess, *ends))
 

@@ -12,8 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from millscale.analysis.charge.groove_flow import groove_flow
+from millscale.analysis.charge.result import charge_scales
 from millscale.analysis.finished import Charge
 from millscale.analysis.measures import NUMBERS
+from millscale.analysis.result_file import PAIRINGS
 from millscale.prediction.kinds import Kind
 from millscale.prediction.mass_flow import toe_at_box
 from millscale.runs.case_file import Case
@@ -211,6 +213,36 @@ OBSERVABLES = (
 )
 
 
+def _dissipated(pairing: str, term: str) -> Observable:
+    """Return the power that contacts of a pairing dissipate by one cause."""
+
+    def read(charge: Charge, _: Numbers) -> float | None:
+        ledger = charge.result.ledger
+        if ledger is None:
+            return None
+        energy = getattr(ledger.pairings[pairing], f"dissipated_{term}_J")
+        return float(energy / ledger.duration_s / charge_scales(charge.case, charge.series).power)
+
+    words = f"dissipated, {pairing.replace('_', '-')}, {term}"
+    return Observable(
+        f"dissipated_{pairing}_{term}", words, "kW", _kilo(_power), Kind.UNKNOWN, read
+    )
+
+
+# Of charges with an energy budget.
+DISSIPATION = tuple(
+    _dissipated(pairing, term)
+    for pairing in PAIRINGS
+    for term in ("normal", "tangential", "rolling")
+)
+
+
+def observables_of(charges: Sequence[Charge]) -> tuple[Observable, ...]:
+    """Return what is predicted from charges."""
+    has_budget = any(charge.result.ledger is not None for charge in charges)
+    return (*OBSERVABLES, *(DISSIPATION if has_budget else ()))
+
+
 def kind_of(name: str) -> Kind:
     """Return the kind of an observable by its name."""
-    return next(row.kind for row in OBSERVABLES if row.name == name)
+    return next(row.kind for row in (*OBSERVABLES, *DISSIPATION) if row.name == name)

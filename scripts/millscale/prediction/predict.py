@@ -20,14 +20,15 @@ from millscale.prediction.extrapolation import (
     reverses,
 )
 from millscale.prediction.field import predict_field
+from millscale.prediction.impacts import Scales, predict_spectra
 from millscale.prediction.mass_flow import predict_mass_flow
 from millscale.prediction.noise import noise_of
 from millscale.prediction.observables import (
-    OBSERVABLES,
     Numbers,
     Observable,
     PhysicalMill,
     balls_per_length,
+    observables_of,
     physical_mill,
 )
 from millscale.prediction.result import PredictedNumber, Prediction, ScaledValue
@@ -96,12 +97,14 @@ def predict_charges(
         excluded: charges that are not used, and why, by id.
     """
     mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
-    numbers = [_predicted(row, used, values, mill, level) for row in OBSERVABLES]
+    numbers = [_predicted(row, used, values, mill, level) for row in observables_of(used)]
     if left_out:
         numbers = [_with_check(number, left_out, values) for number in numbers]
     contour, refused = _or_reason(predict_contour, used, left_out, level)
     mass_flow, flow_refused = _or_reason(predict_mass_flow, used, left_out, level)
     field, field_refused = _or_reason(predict_field, used, left_out)
+    impacts = Scales(mill.energy_scale / mill.balls, mill.balls * mill.omega / math.tau)
+    spectra, spectra_refused = _or_reason(predict_spectra, used, left_out, level, impacts)
     # At S = 1 all schemes and policies are the same mill.
     scaled = next(charge for charge in used if not charge.case.is_physical)
     return Prediction(
@@ -119,6 +122,8 @@ def predict_charges(
         mass_flow_refused=flow_refused,
         field=field,
         field_refused=field_refused,
+        spectra=spectra or (),
+        spectra_refused=spectra_refused,
     )
 
 

@@ -13,6 +13,7 @@ from millscale.formats import NONE, number
 from millscale.prediction.contour import PredictedContour
 from millscale.prediction.extrapolation import Extrapolation, Group, Noise, exact_exponent
 from millscale.prediction.field import PredictedField
+from millscale.prediction.impacts import PredictedSpectrum
 from millscale.prediction.mass_flow import PredictedCurve
 from millscale.prediction.observables import Observable, PhysicalMill
 
@@ -141,6 +142,7 @@ class Prediction:
         contour: the free surface; None if it is not extrapolated, which `contour_refused` explains.
         mass_flow: mass in the monitoring box over a lifter pitch; None as the contour.
         field: mean solid fraction of the cross-section, without an interval; None as the contour.
+        spectra: impacts by energy, of each pairing; empty if they are not extrapolated.
         runs: charges used, by S, then seed.
         excluded: charges that were not used, and why, by id.
         warnings: what may mislead.
@@ -160,6 +162,8 @@ class Prediction:
     mass_flow_refused: str = ""
     field: PredictedField | None = None
     field_refused: str = ""
+    spectra: tuple[PredictedSpectrum, ...] = ()
+    spectra_refused: str = ""
 
     def __getitem__(self, name: str) -> PredictedNumber:
         """Return an observable by its name, such as "power".
@@ -198,6 +202,8 @@ class Prediction:
             "mass_in_box_refused": self.mass_flow_refused,
             "solid_fraction_field": self.field and self.field.document(),
             "solid_fraction_field_refused": self.field_refused,
+            "impacts": [spectrum.document() for spectrum in self.spectra],
+            "impacts_refused": self.spectra_refused,
             "runs": [
                 {"campaign": x.campaign, "id": x.id, "S": x.S, "seed": x.seed} for x in self.runs
             ],

@@ -12,6 +12,8 @@ from millscale.prediction.advise import Advice
 from millscale.prediction.noise import PITCHES
 from millscale.prediction.result import PredictedNumber, Prediction
 
+YES_NO = {True: "yes", False: "no", None: NONE}
+
 
 def prediction_table(prediction: Prediction) -> Table:
     """Return a row for each observable of the physical mill, in its unit."""
@@ -60,6 +62,28 @@ def checks_table(prediction: Prediction) -> Table:
     return table
 
 
+def impact_tables(prediction: Prediction) -> Iterator[Table]:
+    """Yield a table for each pairing: impacts per second in the whole mill by decade of energy."""
+    for spectrum in prediction.spectra:
+        ratios = sorted({S for decade in spectrum.decades for S in decade.measured})
+        checked = any(decade.check is not None for decade in spectrum.decades)
+        title = f"Impacts per second, {spectrum.pairing.replace('_', '-')}"
+        table = Table(title=title, title_justify="left")
+        headings = ["energy [J]", "predicted", f"{100 * prediction.level:g} % interval"]
+        headings += [f"S = {S:.4g}" for S in ratios]
+        headings += ["S = 1, left out", "inside"] if checked else []
+        for heading in headings:
+            table.add_column(heading, justify="right")
+        for x in spectrum.decades:
+            cells = [f"{x.low_J:.2g} to {x.high_J:.2g}", f"{x.rate:.3g}"]
+            cells += [f"{x.lower:.3g} to {x.upper:.3g}"]
+            cells += [f"{x.measured[S]:.3g}" for S in ratios]
+            if checked:
+                cells += [NONE if x.check is None else f"{x.check:.3g}", YES_NO[x.is_inside]]
+            table.add_row(*cells)
+        yield table
+
+
 def prediction_lines(prediction: Prediction) -> Iterator[str]:
     """Yield what stands below the table: refusals, runs, warnings."""
     for row in prediction.numbers:
@@ -81,6 +105,8 @@ def prediction_lines(prediction: Prediction) -> Iterator[str]:
             )
     yield from _mass_flow_lines(prediction)
     yield from _field_lines(prediction)
+    if not prediction.spectra:
+        yield f"not predicted: impacts: {prediction.spectra_refused}"
     by_ratio: dict[str, int] = {}
     for charge in prediction.runs:
         by_ratio[f"{charge.S:.4g}"] = by_ratio.get(f"{charge.S:.4g}", 0) + 1
@@ -165,6 +191,5 @@ def _cells(row: PredictedNumber, ratios: list[float], checked: bool) -> list[str
     cells = [row.observable.label, *row.cells]
     cells += [measured.get(S, NONE) for S in ratios]
     if checked:
-        inside = {True: "yes", False: "no", None: NONE}[row.is_inside]
-        cells += [number(row.check, digits), inside]
+        cells += [number(row.check, digits), YES_NO[row.is_inside]]
     return cells
