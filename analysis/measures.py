@@ -18,6 +18,8 @@ from millscale.analysis.shapes.comparison import curve_distances
 from millscale.analysis.shapes.curtain import curtain_overlaps
 from millscale.analysis.shapes.mass_flow import FRAMES, compare_flow, flow_of
 from millscale.analysis.shapes.mixing import index_after
+from millscale.analysis.shapes.shape import Shape
+from millscale.analysis.shapes.surface_ends import SurfaceEnds
 from millscale.formats import number
 
 # Value of an error: a number, by curtain a mapping; None where a run lacks what is compared.
@@ -141,11 +143,13 @@ def _mean(name: str, label: str, digits: int = 4, errors: tuple[ErrorColumn, ...
                     in_tables=in_tables, of_result=True)  # fmt: skip
 
 
-def _angle(name: str, label: str) -> Quantity:
-    """Return an angle of series.csv [rad], in the mean over the steady part."""
-    return Quantity(
-        name, label, "deg", math.degrees(1.0), 1, read=lambda charge: charge.steady_mean(name)
-    )
+def _end(name: str, label: str, read: Callable[[SurfaceEnds], float]) -> Quantity:
+    """Return an end of the surface of the bed [rad]."""
+
+    def of_shape(shape: Shape) -> float | None:
+        return None if shape.ends is None else read(shape.ends)
+
+    return Quantity(name, label, "deg", math.degrees(1.0), 1, taken=Taken.AVERAGED, read=of_shape)
 
 
 def _mass_flow(frame: str, label: str, prefix: str, study: str) -> Quantity:
@@ -252,8 +256,8 @@ QUANTITIES = (
         read=lambda charge: charge.result.mean.get("flying_share"),
         of_result=True,
     ),
-    _angle("toe_angle_rad", "toe"),
-    _angle("shoulder_angle_rad", "shoulder"),
+    _end("toe_angle_rad", "toe", lambda ends: ends.toe),
+    _end("shoulder_angle_rad", "shoulder", lambda ends: ends.shoulder),
     Quantity(
         "mixing_index",
         "mixing index after a revolution",

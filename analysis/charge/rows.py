@@ -14,7 +14,7 @@ from millscale.analysis.means import deviation
 from millscale.analysis.measures import ERRORS
 from millscale.analysis.shapes.shape import Shape, contour_grid
 
-SERIES_COLUMNS = ("box_fixed_mass_fraction", "toe_angle_rad", "shoulder_angle_rad")
+SERIES_COLUMNS = ("box_fixed_mass_fraction",)
 
 
 @dataclass(frozen=True)

@@ -23,14 +23,18 @@ from millscale.analysis.shapes.curtain import (
 )
 from millscale.analysis.shapes.snapshots import Snapshot, snapshots_near
 from millscale.analysis.shapes.solid_fraction import RESOLUTION, Grid, value_at
+from millscale.analysis.shapes.surface_ends import SurfaceEnds, surface_ends
 from millscale.analysis.shapes.throw_angle import throw_angle
-from millscale.runs.case_file import Case, Mill
+from millscale.runs.case_file import Case, Mill, PhysicalMill
 from millscale.runs.dumps import Dump
 from millscale.runs.untrusted import RunFolderError
 
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
 KERNEL_OVER_BALL_RADIUS = 1.5  # smallest: single balls show under a narrower kernel
+# Radius of the circle of toe and shoulder over that of the lifter tops. Nearer to the tops, the
+# surface is that of the balls on the lifters: docs/results/failed-extrapolations.md.
+END_CIRCLE = 0.9
 STATE, LAST_LIFTER = (
     "c_detach[1]",
     "c_detach[24]",
@@ -46,8 +50,9 @@ class Shape:
         outline: (n, 2) float, the liner at this mill angle.
         cross_check: (n, 2) float, the surface by the second method.
         curtains: by number; None if the dumps lack the columns, or the mill lifters.
-        throw_angle: of `throw_angle.throw_angle` [rad]; None if too few balls are in flight.
         problem: why there are no curtains.
+        ends: toe and shoulder; None if the surface does not reach their circle.
+        throw_angle: of `throw_angle.throw_angle` [rad]; None if too few balls are in flight.
     """
 
     mill_angle: float
@@ -56,6 +61,7 @@ class Shape:
     cross_check: np.ndarray
     curtains: dict[int, Curtain] | None
     problem: str
+    ends: SurfaceEnds | None = None
     throw_angle: float | None = None
 
     @property
@@ -77,6 +83,16 @@ def contour_grid(case: Case) -> Grid:
     large."""
     radius = case.ball.radius_m / unit_length(case)
     return Grid(max(RESOLUTION, KERNEL_OVER_BALL_RADIUS * radius))
+
+
+def end_circle(case: Case) -> float:
+    """Return the radius of the circle of toe and shoulder over R - a: that of the physical mill,
+    for all its scaled mills."""
+    return (
+        END_CIRCLE
+        * _innermost(case.physical)
+        / (case.physical.radius_m - case.physical.ball_radius_m)
+    )
 
 
 def wanted_angles(end: float) -> list[float]:
@@ -116,11 +132,19 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
     ball, tops = case.ball.radius_m / unit, _innermost(mill) / unit
     found, problem = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
     second = first_gaps(places, ball, length, tops)
-    thrown = throw_angle(dump, case)
-    return Shape(snapshot.mill_angle, outline, contour, second, found, problem, thrown)
+    return Shape(
+        mill_angle=snapshot.mill_angle,
+        outline=outline,
+        contour=contour,
+        cross_check=second,
+        curtains=found,
+        problem=problem,
+        ends=surface_ends(contour, grid, end_circle(case)),
+        throw_angle=throw_angle(dump, case, end_circle(case) * unit),
+    )
 
 
-def _innermost(mill: Mill) -> float:
+def _innermost(mill: Mill | PhysicalMill) -> float:
     return mill.lifter_top_radius_m if mill.lifters else mill.radius_m
 
 

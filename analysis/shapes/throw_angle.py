@@ -1,4 +1,4 @@
-"""Detach angle of a charge: the mean angle at which its balls in flight were thrown.
+"""Throw angle of a charge: the median angle at which its balls in flight were thrown.
 
 A ball in flight has no contact, so position and velocity give the position at which its flight
 began:
@@ -16,26 +16,31 @@ from millscale.analysis.shapes.curtain import IN_FLIGHT
 from millscale.runs.case_file import Case
 from millscale.runs.dumps import Dump
 
-# Columns of compute mill/detach (docs/reference/styles.md): state, time in flight [s], outermost.
-STATE, FLIGHT_TIME, OUTERMOST = "c_detach[1]", "c_detach[22]", "c_detach[23]"
+# Columns of compute mill/detach (docs/reference/styles.md): state, time in flight [s].
+STATE, FLIGHT_TIME = "c_detach[1]", "c_detach[22]"
 FEWEST_BALLS = 12  # as of a curtain
 
 
-def throw_angle(dump: Dump, case: Case) -> float | None:
-    """Return the mean angle from the vertical at which the balls in flight of the outermost layer
-    left, positive on the rising side [rad].
+def throw_angle(dump: Dump, case: Case, radius: float) -> float | None:
+    """Return the median angle from the vertical at which the balls in flight left, positive on the
+    rising side [rad].
 
-    Only flights that began above the axis are throws. Below it, behind the toe, balls that lie
-    against a lifter hop for a moment; a few of them at -135 degrees would change the mean. None if
-    fewer than FEWEST_BALLS are in such a flight, or the dump lacks a column.
+    Only flights that began above the axis and outside a circle are throws: those of balls that a
+    lifter carried. Inside the circle balls roll down the surface, and hop. Below the axis, behind
+    the toe, balls that lie against a lifter hop. All layers of the charge count: the layer next to
+    the liner is a different share of the charge at every S. None if fewer than FEWEST_BALLS are in
+    such a flight, or the dump lacks a column.
+
+    Args:
+        radius: of the circle about the axis [m].
     """
-    columns = ("vx", "vz", STATE, FLIGHT_TIME, OUTERMOST)
+    columns = ("vx", "vz", STATE, FLIGHT_TIME)
     if any(name not in dump.columns for name in columns):
         return None
     time = dump[FLIGHT_TIME]
-    thrown = (dump[STATE] == IN_FLIGHT) & (time > 0.0) & (dump[OUTERMOST] == 1.0)
-    t, fall = time[thrown], 0.5 * case.mill.gravity_m_s2 * time[thrown] ** 2
-    x = dump["x"][thrown] - dump["vx"][thrown] * t
-    z = dump["z"][thrown] - dump["vz"][thrown] * t - fall
-    above = z > 0.0
-    return float(np.mean(np.arctan2(-x, z)[above])) if above.sum() >= FEWEST_BALLS else None
+    flying = (dump[STATE] == IN_FLIGHT) & (time > 0.0)
+    t, fall = time[flying], 0.5 * case.mill.gravity_m_s2 * time[flying] ** 2
+    x = dump["x"][flying] - dump["vx"][flying] * t
+    z = dump["z"][flying] - dump["vz"][flying] * t - fall
+    thrown = (z > 0.0) & (np.hypot(x, z) > radius)
+    return float(np.median(np.arctan2(-x, z)[thrown])) if thrown.sum() >= FEWEST_BALLS else None

@@ -1,5 +1,7 @@
 """The table of measured quantities: names, comparisons, text."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from millscale.analysis.charge.pair_errors import errors_of_dumps
@@ -14,6 +16,7 @@ from millscale.analysis.measures import (
     Taken,
 )
 from millscale.analysis.shapes.shape import shape_of, snapshots_at
+from millscale.analysis.shapes.surface_ends import SurfaceEnds
 from millscale.runs.dumps import read_dump
 
 
@@ -68,10 +71,17 @@ def test_numbers_of_a_charge_are_read_by_name(charge):
     read = {x.name: x.read(charge) for x in NUMBERS if x.taken is Taken.ONCE}
     assert read["torque"] == charge.result.dimensionless["torque"]
     assert read["flying_share"] == charge.result.mean["flying_share"]
-    assert read["toe_angle_rad"] == pytest.approx(-2.4)
     # Known after one revolution, which this charge does not complete.
     assert read.pop("mixing_index") is None
     assert None not in read.values()
+
+
+def test_ends_of_the_surface_are_read_from_a_shape():
+    rows = {x.name: x for x in NUMBERS}
+    shape = SimpleNamespace(ends=SurfaceEnds(toe=3.9, shoulder=1.2))
+    assert rows["toe_angle_rad"].read(shape) == 3.9
+    assert rows["shoulder_angle_rad"].read(shape) == 1.2
+    assert rows["toe_angle_rad"].read(SimpleNamespace(ends=None)) is None
 
 
 def test_text_has_unit_digits_and_sign():

@@ -81,8 +81,6 @@ def write_throw(runs: Path, case: dict[str, Any], states: bool = True) -> Path:
         angle = series["mill_angle_rad"] - FLOW_SHIFT * (case["S"] > 1.0)
         series["box_fixed_mass_fraction"] = FLOW_MEAN + 0.01 * np.sin(2.0 * np.pi * angle)
         series["box_rotating_mass_fraction"] = series["box_fixed_mass_fraction"] + 0.01
-        series["toe_angle_rad"] = np.full(angle.size, -2.4)
-        series["shoulder_angle_rad"] = np.full(angle.size, 0.9)
     folder = write_case(runs, case, series)
     (folder / "dump").mkdir()
     for angle, columns in charges.items():

@@ -19,7 +19,8 @@ FEWEST_SEED_FREEDOM = 2
 SEEDS, PITCHES = "seeds", "lifter pitches"
 
 _Column = Callable[[Series, ChargeScales], np.ndarray]
-# Dimensionless columns of series.csv whose mean an observable is, by its name.
+# Dimensionless columns of series.csv by the name of the observable whose mean they are; of toe and
+# shoulder the ends of the bed along the wall, which vary as those of its surface do.
 _COLUMNS: dict[str, _Column] = {
     "kinetic": lambda series, scales: series["kinetic_translation_J"] / scales.energy,
     "kinetic_rotation": lambda series, scales: series["kinetic_rotation_J"] / scales.energy,
@@ -27,7 +28,9 @@ _COLUMNS: dict[str, _Column] = {
     "centre_z": lambda series, scales: series["centre_z_m"] / scales.length,
     "flying_share": lambda series, _: series["balls_in_flight"] / series["balls"],
     "toe_angle_rad": lambda series, _: series["toe_angle_rad"],
+    "shoulder_angle_rad": lambda series, _: series["shoulder_angle_rad"],
 }
+ENDS = frozenset({"toe_angle_rad", "shoulder_angle_rad"})
 # Torque and power are work over angle: the same dimensionless number in a steady mill.
 _OF_WORK = frozenset({"power", "torque"})
 WITH_PITCHES = _OF_WORK | _COLUMNS.keys() | {"mass_flow"}
@@ -69,7 +72,7 @@ def pitch_error(charge: Charge, name: str) -> float | None:
     if name in _OF_WORK:
         work = np.interp(edges, angle, series["drive_work_J"])
         return standard_error(np.diff(work) / np.diff(edges) / scales.torque)
-    if name == "toe_angle_rad" and not charge.has(name):
+    if name in ENDS and not charge.has(name):
         return None
     window = Window(result.mean_from_rad, result.mean_to_rad, edges)
     return standard_error(window.pitch_means(angle, _COLUMNS[name](series, scales)))

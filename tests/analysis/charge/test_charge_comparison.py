@@ -14,9 +14,11 @@ from millscale.analysis.charge.scaled_mills import Charges
 from millscale.analysis.charge.speed_error import mill_rows
 from millscale.analysis.measures import ERRORS
 from millscale.analysis.several_campaigns import load_charges
+from millscale.analysis.shapes.shape import end_circle
 from millscale.runs.untrusted import RunFolderError
 from synthetic_case import finish_case, record_stages, write_campaign
 from synthetic_throw import (
+    BED_HEIGHT,
     CURTAIN_BALLS,
     DROP,
     FLOW_MEAN,
@@ -123,7 +125,7 @@ def test_rows_have_the_documented_errors_and_are_json(rows):
     assert_allclose(
         row["total_mass_kg"], row["balls"] * throw_case("constant-gravity", 1, 1)["ball"]["mass_kg"]
     )
-    assert row["toe_angle_rad"] == pytest.approx(-2.4)
+    assert row["toe_angle_rad"] == row["numbers"]["toe_angle_rad"]
 
 
 def test_seeds_are_measured_against_each_other(rows):
@@ -163,9 +165,13 @@ def test_rows_of_mills_are_means_over_their_seeds(comparison, rows):
     assert mills["constant-gravity", 1.0].errors["contour_error_mean"].mean is None
 
 
-def test_numbers_of_the_bed_are_those_put_in(rows):
+def test_numbers_of_the_bed_are_those_put_in(charges, rows):
     numbers = rows[SCALED]["numbers"]
-    assert numbers["toe_angle_rad"] == pytest.approx(-2.4)
+    (case,) = (charge.case for charge in charges if charge.id == SCALED)
+    # The surface is level, and ends where its chord meets the circle.
+    shoulder = np.arccos((BED_HEIGHT - DROP) / end_circle(case))
+    assert numbers["shoulder_angle_rad"] == pytest.approx(shoulder, abs=0.02)
+    assert numbers["toe_angle_rad"] == pytest.approx(2.0 * np.pi - shoulder, abs=0.02)
     assert_allclose(numbers["solid_fraction"], 0.55, rtol=0.05)
     assert numbers["torque"] == pytest.approx(0.37, rel=1e-6)
     # The dumps hold no velocities, which lead back to the throw.

@@ -24,7 +24,6 @@ def thrown(case, time):
         "vz": vz - g * time,
         "c_detach[1]": np.full(BALLS, 3.0),
         "c_detach[22]": time,
-        "c_detach[23]": np.ones(BALLS),
     }
 
 
@@ -33,36 +32,64 @@ def case():
     return typed(case_document("multi-ball", "constant-gravity", "paper", 2.6, BALLS))
 
 
-def test_balls_on_parabolas_lead_back_to_where_they_left(case):
+@pytest.fixture
+def radius(case):
+    """Of the circle outside which flights are throws [m]."""
+    return 0.9 * case.mill.radius_m
+
+
+def test_balls_on_parabolas_lead_back_to_where_they_left(case, radius):
     columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
-    assert throw_angle(Dump(0, columns), case) == pytest.approx(ANGLE, abs=1e-12)
+    assert throw_angle(Dump(0, columns), case, radius) == pytest.approx(ANGLE, abs=1e-12)
 
 
-def test_only_flights_from_the_outermost_layer_count(case):
+def test_the_angle_is_the_median(case, radius):
+    """A few balls that left at the top do not move it."""
     columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
-    strange = np.arange(BALLS) % 2 == 0
-    for name, value in (("c_detach[1]", 2.0), ("c_detach[22]", 0.0), ("c_detach[23]", 0.0)):
-        spoiled = columns | {name: np.where(strange, value, columns[name])}
-        spoiled["x"] = columns["x"] + 0.3 * strange
-        assert throw_angle(Dump(0, spoiled), case) == pytest.approx(ANGLE, abs=1e-12)
+    late = np.arange(BALLS) >= BALLS - 15
+    time, g = columns["c_detach[22]"], case.mill.gravity_m_s2
+    for name, value in (("vx", 0.0), ("vz", -g * time), ("x", 0.0)):
+        columns[name] = np.where(late, value, columns[name])
+    top = case.mill.radius_m - 0.5 * g * time**2
+    columns["z"] = np.where(late, top, columns["z"])
+    assert throw_angle(Dump(0, columns), case, radius) == pytest.approx(ANGLE, abs=1e-12)
 
 
-def test_few_balls_or_a_missing_column_give_none(case):
+def test_only_confirmed_flights_count(case, radius):
     columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
-    few = np.where(np.arange(BALLS) < FEWEST_BALLS - 1, 1.0, 0.0)
-    assert throw_angle(Dump(0, columns | {"c_detach[23]": few}), case) is None
+    strange = np.arange(BALLS) < BALLS - FEWEST_BALLS
+    places = {"x": 0.0, "z": case.mill.radius_m, "vx": 0.0, "vz": 0.0}
+    for name, value in (("c_detach[1]", 2.0), ("c_detach[22]", 0.0)):
+        changed = {"c_detach[22]": 1e-6, **places, name: value}
+        spoiled = columns | {k: np.where(strange, v, columns[k]) for k, v in changed.items()}
+        assert throw_angle(Dump(0, spoiled), case, radius) == pytest.approx(ANGLE, abs=1e-12)
+
+
+def test_flights_that_began_inside_the_circle_are_no_throws(case, radius):
+    columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
+    assert throw_angle(Dump(0, columns), case, 1.01 * case.mill.radius_m) is None
+    rolling = np.arange(BALLS) < BALLS - FEWEST_BALLS
+    spoiled = columns | {"x": np.where(rolling, columns["x"] + 0.4, columns["x"])}
+    assert throw_angle(Dump(0, spoiled), case, radius) == pytest.approx(ANGLE, abs=1e-12)
+    assert throw_angle(Dump(0, spoiled), case, 0.0) != pytest.approx(ANGLE, abs=1e-3)
+
+
+def test_few_balls_or_a_missing_column_give_none(case, radius):
+    columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
+    few = np.where(np.arange(BALLS) < FEWEST_BALLS - 1, 3.0, 2.0)
+    assert throw_angle(Dump(0, columns | {"c_detach[1]": few}), case, radius) is None
     del columns["c_detach[22]"]
-    assert throw_angle(Dump(0, columns), case) is None
+    assert throw_angle(Dump(0, columns), case, radius) is None
 
 
 def test_balls_that_hop_behind_the_toe_are_not_thrown(case):
     columns = thrown(case, np.linspace(0.05, 0.6, BALLS))
-    hops = np.arange(BALLS) % 2 == 0
+    hops = np.arange(BALLS) < BALLS - FEWEST_BALLS
     drop = 0.5 * case.mill.gravity_m_s2 * 0.01**2
     radius = case.mill.radius_m
     for name, value in (("vx", 0.0), ("vz", 0.0), ("c_detach[22]", 0.01), ("x", 0.6 * radius)):
         columns[name] = np.where(hops, value, columns[name])
     columns["z"] = np.where(hops, -0.6 * radius - drop, columns["z"])
-    assert throw_angle(Dump(0, columns), case) == pytest.approx(ANGLE, abs=1e-12)
-    columns["c_detach[23]"] = np.where(hops, 1.0, 0.0)
-    assert throw_angle(Dump(0, columns), case) is None
+    assert throw_angle(Dump(0, columns), case, 0.5 * radius) == pytest.approx(ANGLE, abs=1e-12)
+    columns["c_detach[1]"] = np.where(hops, 3.0, 2.0)
+    assert throw_angle(Dump(0, columns), case, 0.5 * radius) is None
