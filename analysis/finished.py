@@ -197,6 +197,14 @@ class Charge(Finished):
         and writes nan."""
         return column in self.series and bool(np.isfinite(self.series[column]).all())
 
+    def steady_mean(self, column: str) -> float | None:
+        """Return the mean of the rows of a column in the window of the means; None without it."""
+        if not self.has(column):
+            return None
+        angle = self.series["mill_angle_rad"]
+        inside = (angle >= self.steady_from) & (angle <= self.result.mean_to_rad)
+        return float(np.mean(self.series[column][inside]))
+
 
 def damage(case: SingleBall | Charge) -> str:
     """Return why a JSON file of a case cannot be used; empty if all can."""

@@ -33,7 +33,7 @@ ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
 SAME_ANGLE = 0.02  # dumps this close are at the same mill angle [rad]; a pitch is 0.25
 KERNEL_OVER_BALL_RADIUS = 1.5  # smallest: single balls show under a narrower kernel
 # Radius of the circle of toe and shoulder over that of the lifter tops. Nearer to the tops, the
-# surface is that of the balls on the lifters: docs/results/failed-extrapolations.md.
+# surface is that of the balls on the lifters: docs/results/observable-definitions.md.
 END_CIRCLE = 0.9
 STATE, LAST_LIFTER = (
     "c_detach[1]",
@@ -51,6 +51,7 @@ class Shape:
         cross_check: (n, 2) float, the surface by the second method.
         curtains: by number; None if the dumps lack the columns, or the mill lifters.
         problem: why there are no curtains.
+        curtain_share: balls of all curtains over all balls; None if there are no curtains.
         ends: toe and shoulder; None if the surface does not reach their circle.
         throw_angle: of `throw_angle.throw_angle` [rad]; None if too few balls are in flight.
     """
@@ -61,8 +62,18 @@ class Shape:
     cross_check: np.ndarray
     curtains: dict[int, Curtain] | None
     problem: str
+    curtain_share: float | None = None
     ends: SurfaceEnds | None = None
     throw_angle: float | None = None
+
+    @property
+    def curtain_width(self) -> float | None:
+        """Return the root mean square width of the curtains; None without curtains."""
+        if not self.curtains:
+            return None
+        balls = [len(curtain.centres) for curtain in self.curtains.values()]
+        squares = [curtain.width**2 for curtain in self.curtains.values()]
+        return float(np.sqrt(np.average(squares, weights=balls)))
 
     @property
     def method_distance(self) -> float | None:
@@ -130,7 +141,10 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
     except ValueError as error:
         raise RunFolderError(snapshot.path, str(error), "look at it in OVITO") from None
     ball, tops = case.ball.radius_m / unit, _innermost(mill) / unit
-    found, problem = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
+    problem = _no_curtains(dump, mill)
+    found, share = None, None
+    if not problem:
+        found, share = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
     second = first_gaps(places, ball, length, tops)
     return Shape(
         mill_angle=snapshot.mill_angle,
@@ -139,6 +153,7 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
         cross_check=second,
         curtains=found,
         problem=problem,
+        curtain_share=share,
         ends=surface_ends(contour, grid, end_circle(case)),
         throw_angle=throw_angle(dump, case, end_circle(case) * unit),
     )
@@ -148,25 +163,27 @@ def _innermost(mill: Mill | PhysicalMill) -> float:
     return mill.lifter_top_radius_m if mill.lifters else mill.radius_m
 
 
-def _curtains(
-    dump: Dump, centres: np.ndarray, contour: Contour, mill_angle: float, case: Case
-) -> tuple[dict[int, Curtain] | None, str]:
-    """Return curtains by number, or why there are none."""
-    mill = case.mill
+def _no_curtains(dump: Dump, mill: Mill) -> str:
+    """Return why a dump has no curtains; empty if it has."""
     missing = [name for name in (STATE, LAST_LIFTER) if name not in dump.columns]
     if missing:
-        return None, (
+        return (
             f"the dumps have no column {', '.join(missing)}: written before dumps named the "
             "lifter that carried a ball last; run the case again"
         )
-    if not mill.lifters:
-        return None, "a plain drum has no lifters"
+    return "" if mill.lifters else "a plain drum has no lifters"
+
+
+def _curtains(
+    dump: Dump, centres: np.ndarray, contour: Contour, mill_angle: float, case: Case
+) -> tuple[dict[int, Curtain], float]:
+    """Return curtains by number, and the share of all balls that is in curtains."""
     lifters, lifter = _lifters(case), dump[LAST_LIFTER]
     flying = (dump[STATE] == IN_FLIGHT) & (lifter >= 0.0)
-    flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(mill.froude))
+    flying &= may_have_thrown(lifter, lifters, mill_angle, longest_flight(case.mill.froude))
     flying &= ~value_at(contour.inside, centres, contour_grid(case))
     found = curtains(centres[flying], lifter[flying], lifters, mill_angle)
-    return {curtain.number: curtain for curtain in found}, ""
+    return {curtain.number: curtain for curtain in found}, float(flying.mean())
 
 
 def _lifters(case: Case) -> Lifters:

@@ -45,10 +45,10 @@ def surface_ends(contour: Contour, grid: Grid, radius: float) -> SurfaceEnds | N
         return None
     line = max(contour.lines, key=_length)
     middle = int(np.argmin(np.hypot(*line.T)))
-    ends = [_first_crossing(part, radius) for part in (line[middle::-1], line[middle:])]
-    if ends[0] is None or ends[1] is None:
+    one, other = (_first_crossing(part, radius) for part in (line[middle::-1], line[middle:]))
+    if one is None or other is None:
         return None
-    first, second = (float(np.arctan2(-x, z)) for x, z in ends)
+    first, second = (float(np.arctan2(-x, z)) for x, z in (one, other))
     both = SurfaceEnds(_above(second, first), first), SurfaceEnds(_above(first, second), second)
     return max(both, key=lambda found: _share_in_bed(found, contour, grid, radius))
 

@@ -18,7 +18,19 @@ from millscale.runs.dumps import Dump
 
 # Columns of compute mill/detach (docs/reference/styles.md): state, time in flight [s].
 STATE, FLIGHT_TIME = "c_detach[1]", "c_detach[22]"
+COLUMNS = ("vx", "vz", STATE, FLIGHT_TIME)
 FEWEST_BALLS = 12  # as of a curtain
+
+
+def launch_points(dump: Dump, case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """Return which balls are in a confirmed flight, (n,) bool, and the points [x, z] at which these
+    flights began, (m, 2) float [m]."""
+    time = dump[FLIGHT_TIME]
+    flying = (dump[STATE] == IN_FLIGHT) & (time > 0.0)
+    t, fall = time[flying], 0.5 * case.mill.gravity_m_s2 * time[flying] ** 2
+    x = dump["x"][flying] - dump["vx"][flying] * t
+    z = dump["z"][flying] - dump["vz"][flying] * t - fall
+    return flying, np.column_stack([x, z])
 
 
 def throw_angle(dump: Dump, case: Case, radius: float) -> float | None:
@@ -34,13 +46,8 @@ def throw_angle(dump: Dump, case: Case, radius: float) -> float | None:
     Args:
         radius: of the circle about the axis [m].
     """
-    columns = ("vx", "vz", STATE, FLIGHT_TIME)
-    if any(name not in dump.columns for name in columns):
+    if any(name not in dump.columns for name in COLUMNS):
         return None
-    time = dump[FLIGHT_TIME]
-    flying = (dump[STATE] == IN_FLIGHT) & (time > 0.0)
-    t, fall = time[flying], 0.5 * case.mill.gravity_m_s2 * time[flying] ** 2
-    x = dump["x"][flying] - dump["vx"][flying] * t
-    z = dump["z"][flying] - dump["vz"][flying] * t - fall
+    x, z = launch_points(dump, case)[1].T
     thrown = (z > 0.0) & (np.hypot(x, z) > radius)
     return float(np.median(np.arctan2(-x, z)[thrown])) if thrown.sum() >= FEWEST_BALLS else None

@@ -31,6 +31,14 @@ Docs = Annotated[
 ]
 
 
+Scheme = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Scheme of the scaled mills, if there are two.")
+]
+Policy = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Policy of the scaled mills, if there are two.")
+]
+
+
 @validate.command("hard-cases")
 def hard_cases(
     docs: Docs = Path("docs"),
@@ -208,6 +216,22 @@ def prediction(
     from millscale.validate.coverage import write_coverage
 
     typer.echo(write_coverage(runs, to))
+
+
+@validate.command()
+def definitions(
+    runs: RunsArguments, scheme: Scheme = None, policy: Policy = None, docs: Docs = Path("docs")
+) -> None:
+    """Compare definitions of toe, shoulder, throw angle and flight by how they extrapolate.
+
+    Takes finished charges of S = 1 and of two scaled mills or more. Writes
+    results/observable-definitions.json and its figure.
+
+    Example: `millscale validate definitions runs/slices`
+    """
+    from millscale.validate.definitions import write_definitions
+
+    write_definitions(runs, docs, scheme, policy)
 
 
 @validate.command("liner-variants")

@@ -96,9 +96,7 @@ class Observable:
         scale: returns what a number of 1 is in that unit.
         kind: what makes its error, which gives the prior of the exponent.
         restates: name of the observable whose value it is in another unit; empty if it has its own.
-        not_extrapolated: why its value at S = 1 does not follow from scaled mills; empty if it
-            does.
-        refuse: returns why it does not follow from these charges; empty if it does.
+        refuse: returns why its value at S = 1 does not follow from these charges; empty if it does.
     """
 
     name: str
@@ -108,7 +106,6 @@ class Observable:
     kind: Kind
     read: Callable[[Charge, Numbers], float | None]
     restates: str = ""
-    not_extrapolated: str = ""
     refuse: Callable[[Sequence[Charge]], str] | None = None
 
     @property
@@ -127,7 +124,6 @@ def _row(
     scale: Callable[[PhysicalMill], float],
     kind: Kind,
     restates: str = "",
-    not_extrapolated: str = "",
 ) -> Observable:
     """Return an observable that is a row of `measures.NUMBERS`."""
     key = restates or name
@@ -136,7 +132,7 @@ def _row(
     def read(_: Charge, numbers: Numbers) -> float | None:
         return numbers[key]
 
-    return Observable(name, label, unit, scale, kind, read, restates, not_extrapolated)
+    return Observable(name, label, unit, scale, kind, read, restates)
 
 
 def _kilo(scale: Callable[[PhysicalMill], float]) -> Callable[[PhysicalMill], float]:
@@ -193,23 +189,16 @@ OBSERVABLES = (
         lambda charge, _: groove_flow(charge),
         refuse=toe_at_box,
     ),
+    _row("shoulder_angle_rad", "shoulder", "deg", _degree, Kind.SHAPE),
+    _row("curtain_share", "balls in curtains", "%", lambda _: 100.0, Kind.SHAPE),
     _row(
-        "shoulder_angle_rad",
-        "shoulder",
-        "deg",
-        _degree,
+        "curtain_width",
+        "width of the curtains",
+        "m",
+        lambda mill: mill.radius - mill.ball_radius,
         Kind.SHAPE,
-        not_extrapolated="measured in a ring one ball diameter wide, it does not change steadily "
-        "with S",
     ),
-    _row(
-        "throw_angle_rad",
-        "balls thrown at",
-        "deg",
-        _degree,
-        Kind.SHAPE,
-        not_extrapolated="it changes abruptly near S = 1 in the mills that were tried",
-    ),
+    _row("throw_angle_rad", "balls thrown at", "deg", _degree, Kind.UNKNOWN),
 )
 
 

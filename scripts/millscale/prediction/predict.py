@@ -137,11 +137,7 @@ def _predicted(
     scale = observable.scale(mill)
     groups = _groups(observable, charges, values)
     measured = tuple(ScaledValue(g.S, scale * g.mean, len(g.values)) for g in groups)
-    number = PredictedNumber(
-        observable, scale, None, None, "", measured, observable.not_extrapolated
-    )
-    if observable.not_extrapolated:
-        return number
+    number = PredictedNumber(observable, scale, None, None, "", measured, "")
     if observable.refuse and (reason := observable.refuse(charges)):
         return replace(number, refused=reason)
     if len(groups) < 2:

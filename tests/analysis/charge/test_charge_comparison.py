@@ -174,6 +174,9 @@ def test_numbers_of_the_bed_are_those_put_in(charges, rows):
     assert numbers["toe_angle_rad"] == pytest.approx(2.0 * np.pi - shoulder, abs=0.02)
     assert_allclose(numbers["solid_fraction"], 0.55, rtol=0.05)
     assert numbers["torque"] == pytest.approx(0.37, rel=1e-6)
+    assert numbers["curtain_share"] == pytest.approx(2 * CURTAIN_BALLS / rows[SCALED]["balls"])
+    # Evenly spread over 0.2 in x; the standard deviation of 240 balls is known to 5 %.
+    assert_allclose(numbers["curtain_width"], 0.2 / np.sqrt(12.0), rtol=0.15)
     # The dumps hold no velocities, which lead back to the throw.
     assert numbers["throw_angle_rad"] is None
 
