@@ -143,10 +143,16 @@ def _definitions() -> list[Definition]:
         ("without contact", lambda view: float(np.mean(view.dump[STATE] == IN_FLIGHT))),
         ("in a confirmed flight", lambda view: len(view.launches) / len(view.dump)),
         ("in curtains", lambda view: view.shape.curtain_share),
-        ("from the layer next to the liner", lambda v: len(v.outermost_angles()) / len(v.dump)),
-        ("the same, begun at the tops", lambda v: len(v.outermost_angles(True)) / len(v.dump)),
     )
     found += [Definition("share in flight", name, 100.0, "%", share) for name, share in shares]
+    layer: tuple[tuple[str, Callable[[View], float | None]], ...] = (
+        ("in a confirmed flight", lambda v: len(v.outermost_angles()) / len(v.dump)),
+        (
+            "the same, begun at the lifter tops",
+            lambda v: len(v.outermost_angles(True)) / len(v.dump),
+        ),
+    )
+    found += [Definition("layer next to the liner", name, 100.0, "%", x) for name, x in layer]
     width = Definition(
         "curtains", "width over R - a", 100.0, "%", lambda view: view.shape.curtain_width
     )
