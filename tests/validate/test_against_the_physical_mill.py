@@ -117,6 +117,16 @@ def test_mills_are_told_apart_and_one_without_its_physical_mill_is_left_out(tmp_
         load_mills([other])
 
 
+def test_unsteady_charges_are_used_if_asked_for(tmp_path):
+    cases = [charge_case(S, seed) for S in (1.0, 2.6) for seed in SEEDS]
+    write_mills(tmp_path, *cases, unsteady={cases[-1]["id"]})
+    (steady,), excluded = load_mills([tmp_path])
+    assert len(steady.charges) == 3
+    assert "drifts" in excluded[f"{tmp_path.name}/{cases[-1]['id']}"]
+    (every,), excluded = load_mills([tmp_path], unsteady=True)
+    assert len(every.charges) == 4 and excluded == {}
+
+
 def test_the_chance_of_a_number_is_the_standard_error_of_a_difference(mill):
     """Two seeds each: s of a run is 0.14 % of the torque, and s sqrt(1/2 + 1/2) of a difference."""
     one = power(mill)

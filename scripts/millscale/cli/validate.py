@@ -39,6 +39,11 @@ Policy = Annotated[
 ]
 
 
+Unsteady = Annotated[
+    bool, typer.Option("--unsteady", help="Use charges that are not steady as well.")
+]
+
+
 @validate.command("hard-cases")
 def hard_cases(
     docs: Docs = Path("docs"),
@@ -188,6 +193,7 @@ def fidelity(
 def friction_matched(
     runs: RunsArguments,
     to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")],
+    unsteady: Unsteady = False,
 ) -> None:
     """Compare the scaled mills of the policies paper and friction-matched with S = 1.
 
@@ -198,13 +204,14 @@ def friction_matched(
     """
     from millscale.validate.friction_matched import write_friction_matched
 
-    typer.echo(write_friction_matched(runs, to))
+    typer.echo(write_friction_matched(runs, to, unsteady))
 
 
 @validate.command()
 def prediction(
     runs: RunsArguments,
     to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")],
+    unsteady: Unsteady = False,
 ) -> None:
     """Measure how many intervals of predictions hold what S = 1 has, and what predictions cost.
 
@@ -215,7 +222,7 @@ def prediction(
     """
     from millscale.validate.coverage import write_coverage
 
-    typer.echo(write_coverage(runs, to))
+    typer.echo(write_coverage(runs, to, unsteady))
 
 
 @validate.command()

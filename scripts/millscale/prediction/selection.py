@@ -20,8 +20,13 @@ from millscale.runs.case_file import Case
 SAME_FILLING = 0.01
 
 
-def usable_charges(folders: Sequence[Path]) -> tuple[list[Charge], dict[str, str]]:
+def usable_charges(
+    folders: Sequence[Path], unsteady: bool = False
+) -> tuple[list[Charge], dict[str, str]]:
     """Return the finished, steady charges by S and seed, and why the others are not used.
+
+    Args:
+        unsteady: return charges that are not steady as well.
 
     Raises:
         RunFolderError: a folder holds no campaign, or a damaged one.
@@ -32,7 +37,7 @@ def usable_charges(folders: Sequence[Path]) -> tuple[list[Charge], dict[str, str
         campaign = load_campaign(folder)
         excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
         for charge in campaign.charges:
-            if charge.result.steady.is_steady:
+            if unsteady or charge.result.steady.is_steady:
                 charges.append(charge)
             else:
                 excluded[charge.id] = "; ".join(charge.result.steady.reasons)

@@ -122,18 +122,18 @@ class Trial:
         return asdict(self) | {"intervals": [row.document() for row in self.intervals]}
 
 
-def try_predictions(folders: Sequence[Path]) -> dict[str, Any]:
+def try_predictions(folders: Sequence[Path], unsteady: bool) -> dict[str, Any]:
     """Return the predictions of all mills of runs folders, as JSON types.
 
     Raises:
         PredictionError: no mill has both S = 1 and a scaled mill.
     """
-    mills, excluded = load_mills(folders)
+    mills, excluded = load_mills(folders, unsteady)
     trials = [trial for mill in mills for trial in trials_of(mill)]
     return {
         "schema": 1,
         **provenance(),
-        "command": COMMAND,
+        "command": COMMAND + (" --unsteady" if unsteady else ""),
         "level": LEVEL,
         "mills": [_mill_document(mill) for mill in mills],
         "trials": [trial.document() for trial in trials],
@@ -197,8 +197,9 @@ def trials_of(mill: Mill) -> Iterator[Trial]:
 def _designs(by_S: BySeeds) -> Iterator[tuple[tuple[float, ...], str, list[Charge]]]:
     """Yield the values of S, which seeds, and the charges of each prediction."""
     for near, far in itertools.combinations(by_S, 2):
-        yield (near, far), ALL, [*by_S[near], *by_S[far]]
-        if len(by_S[near]) > 1:
+        several = len(by_S[near]) > 1
+        yield (near, far), ALL if several else ONE_NEAR, [*by_S[near], *by_S[far]]
+        if several:
             for charge in by_S[near]:
                 yield (near, far), ONE_NEAR, [charge, *by_S[far]]
     if len(by_S) > 2:
@@ -316,6 +317,9 @@ def coverage(trials: Sequence[Trial], costs: Mapping[str, float]) -> list[Covera
         # The torque of a steady charge is that of its weight: x of its centre gives the power.
         without_x = [(x, row) for x, row in _pairs(some) if row.observable != "centre_x"]
         found.append(_coverage(f"{name}: without centre of mass, x", without_x, costs))
+        for kind in dict.fromkeys(x.seeds for x in some):
+            group = [x for x in some if x.seeds == kind]
+            found.append(_coverage(f"{name}: {kind}", _pairs(group), costs))
         if len(costs) > 1:
             for mill in dict.fromkeys(x.mill for x in some):
                 group = [x for x in some if x.mill == mill]
@@ -376,13 +380,13 @@ def runs_text(runs: Sequence[tuple[float, int]]) -> str:
     return "S = " + ", ".join(f"{S:.4g} ({counted(seeds, 'seed')})" for S, seeds in runs)
 
 
-def write_coverage(folders: Sequence[Path], file: Path) -> str:
+def write_coverage(folders: Sequence[Path], file: Path, unsteady: bool = False) -> str:
     """Write the predictions to a file, and two figures beside it.
 
     Returns:
         Tables of the predictions and of their coverage as Markdown.
     """
-    content = try_predictions(folders)
+    content = try_predictions(folders, unsteady)
     write_json(file, content)
     draw_speed(content, file.with_suffix(".png"))
     draw_coverage(content, file.with_name(f"{file.stem}-intervals.png"))

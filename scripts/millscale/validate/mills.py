@@ -84,19 +84,30 @@ class Mill:
         return math.fsum(known) / len(known) if known else None
 
 
-def load_mills(folders: Sequence[Path]) -> tuple[list[Mill], dict[str, str]]:
+def load_mills(
+    folders: Sequence[Path], unsteady: bool = False
+) -> tuple[list[Mill], dict[str, str]]:
     """Return the physical mills of runs folders that have a run of S = 1, and what is not used.
 
+    Args:
+        unsteady: use charges that are not steady as well, which a prediction refuses.
+
     Returns:
-        The mills; why charges are not used, by id.
+        The mills; why charges are not used, by folder and id.
 
     Raises:
         PredictionError: no mill has both a finished, steady run of S = 1 and one of a scaled mill.
         RunFolderError: a folder holds no campaign, or a damaged one.
     """
-    charges, excluded = usable_charges(folders)
+    charges: list[Charge] = []
+    excluded: dict[str, str] = {}
+    for folder in folders:
+        found, unused = usable_charges([folder], unsteady)
+        charges += found
+        excluded |= {f"{folder.name}/{name}": why for name, why in unused.items()}
+    charges.sort(key=lambda charge: (charge.S, charge.seed))
     values = measure(charges, []).numbers
-    mills = [Mill(tuple(found), values) for found in by_physical_mill(charges)]
+    mills = [Mill(tuple(group), values) for group in by_physical_mill(charges)]
     complete = [mill for mill in mills if mill.physical and mill.scaled]
     if not complete:
         raise PredictionError(
@@ -106,7 +117,9 @@ def load_mills(folders: Sequence[Path]) -> tuple[list[Mill], dict[str, str]]:
     for mill in mills:
         if mill not in complete:
             lacks = "scaled mill" if mill.physical else "run of S = 1"
-            excluded |= {x.id: f"{x.campaign}: no {lacks} of its mill" for x in mill.charges}
+            for charge in mill.charges:
+                name = f"{charge.folder.parents[1].name}/{charge.id}"
+                excluded[name] = f"no {lacks} of its mill"
     return sorted(complete, key=lambda mill: mill.name), excluded
 
 
