@@ -26,6 +26,7 @@ PANELS = (
     ("contour_mean", "surface contour: mean error [% of R - a]"),
     ("power", "power: error [%]"),
 )
+FARTHEST = 4.0  # error over half width that is still drawn in its place
 MEAN_OVER_DEVIATION = np.sqrt(2.0 / np.pi)  # of the size of a normal variable
 
 
@@ -190,13 +191,16 @@ def draw_coverage(content: Mapping[str, Any], file: Path) -> Figure:
             lane = 0.5 * (i + 0.5) / len(policies) - 0.25
             scatter = 0.2 / len(policies) * random.uniform(-1.0, 1.0, len(found))
             places = [labels.index(row["label"]) + lane for row in found] + scatter
-            over = [row["error"] / row["half_width"] for row in found]
+            over = np.clip([row["error"] / row["half_width"] for row in found], -FARTHEST, FARTHEST)
             axes.plot(over, places, ls="none", ms=4.5, alpha=0.7, label=policy,
                       **LOOKS.get(policy, OTHER_LOOK))  # fmt: skip
         axes.set_yticks(range(len(labels)), labels)
         axes.invert_yaxis()
         axes.grid(axis="y", visible=False)
-        axes.set_xlabel("(predicted - S = 1) / half width of the interval")
+        axes.set_xlim(-1.05 * FARTHEST, 1.05 * FARTHEST)
+        axes.set_xlabel(
+            f"(predicted - S = 1) / half width of the interval; beyond {FARTHEST:g} at the edge"
+        )
         figure.legend(loc="outside upper center", ncols=3)
         figure.savefig(file, dpi=150)
     return figure
