@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from test_predict import EXPONENT, SEEDS, SLOPE, TORQUE, charge_case, write_mills
 from typer.testing import CliRunner
 
 from millscale.campaign.build import load_campaign
@@ -22,6 +21,7 @@ from millscale.prediction.error_model import (
 from millscale.prediction.extrapolation import scale_function
 from millscale.prediction.predict import predict
 from paper_campaign import CAMPAIGNS, REPOSITORY, write_campaign
+from synthetic_mills import EXPONENT, SEEDS, SLOPE, TORQUE, charge_case, write_mills
 
 SLICES = CAMPAIGNS / "slices.toml"
 # A twentieth at S = 2.6, as the power of the paper's mill.

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from test_predict import charge_case, write_mills
 from typer.testing import CliRunner
 
 from millscale.analysis.shapes.occupancy import OCCUPANCY, PolarCells, read_occupancy
@@ -13,6 +12,7 @@ from millscale.cli.main import app
 from millscale.prediction.extrapolation import ExtrapolationError, scale_function, weights
 from millscale.prediction.field import moved, predict_field, share_elsewhere
 from millscale.runs.untrusted import RunFolderError
+from synthetic_mills import charge_case, write_mills
 
 CELLS = PolarCells(np.linspace(0.0, 1.0, 51), np.linspace(0.0, 2.0 * np.pi, 61))
 EXPONENT = 0.875

@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from test_predict import charge_case, columns_of, named
 from typer.testing import CliRunner
 
 from millscale.analysis.result_file import PAIRINGS, ImpactSpectrum
@@ -16,6 +15,7 @@ from millscale.prediction.impacts import LOWEST, Scales, predict_spectra, rebinn
 from millscale.prediction.predict import predict
 from millscale.runs.series import REQUIRED
 from synthetic_case import finish_case, write_campaign, write_case
+from synthetic_mills import charge_case, columns_of
 
 EXPONENT, SLOPE, PER_BALL = 0.6, 0.3, 5.0
 SEEDS = {1: 1e-3, 2: -1e-3}
@@ -147,11 +147,12 @@ def mills(tmp_path_factory):
 
 def test_the_dissipation_of_each_pairing_and_cause_is_predicted(mills):
     prediction = predict([mills], leave_out_physical=True)
-    normal = named(prediction)["dissipated_ball_ball_normal"]
+    normal = prediction["dissipated_ball_ball_normal"]
     whole = DISSIPATED * 1e-3 * prediction.mill.power_scale
     assert normal.check == pytest.approx(whole, rel=2e-3)
     assert normal.value == pytest.approx(whole, rel=0.02) and normal.is_inside
-    assert len([name for name in named(prediction) if name.startswith("dissipated_")]) == 6
+    names = [row.observable.name for row in prediction.numbers]
+    assert sum(name.startswith("dissipated_") for name in names) == 6
     assert prediction["dissipated_ball_wall_rolling"].value == pytest.approx(0.0, abs=1e-9)
 
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from test_predict import SEEDS, charge_case, columns_of, write_mills
 
 from millscale.analysis.charge import groove_flow
 from millscale.analysis.charge.groove_flow import PHASES, box_angle, pitch_masses
@@ -13,6 +12,7 @@ from millscale.prediction.extrapolation import ExtrapolationError, scale_functio
 from millscale.prediction.mass_flow import predict_mass_flow
 from millscale.prediction.predict import predict
 from millscale.prediction.selection import usable_charges
+from synthetic_mills import SEEDS, charge_case, columns_of, write_mills
 
 SHARE, SLOPE, EXPONENT, LIFTERS = 0.010, -1e-3, 0.9, 25
 
@@ -28,14 +28,14 @@ def mills(tmp_path, monkeypatch):
     """Writes mills of S = 1, 1.696 and 2.6 whose toe is at an angle [rad]; returns the folder."""
 
     def write(toe=3.9, seeds=SEEDS, ratios=(1.0, 1.696, 2.6)):
-        def columns(case, steady=True):
-            found = columns_of(case, steady)
+        def columns(case, *given):
+            found = columns_of(case, *given)
             angle = found["mill_angle_rad"]
             found["toe_angle_rad"] = toe * np.ones_like(angle)
             found["box_fixed_mass_fraction"] = share(case["S"], case["seed"], angle)
             return found
 
-        monkeypatch.setattr("test_predict.columns_of", columns)
+        monkeypatch.setattr("synthetic_mills.columns_of", columns)
         return write_mills(tmp_path, *(charge_case(S, seed) for S in ratios for seed in seeds))
 
     return write

@@ -62,8 +62,6 @@ def predict(
     )
     from millscale.runs.writing import write_json, write_text
 
-    if not 0.5 <= level < 1.0:
-        raise PredictionError(f"--level: got {level:g}, accepted are 0.5 to below 1")
     prediction = predict_mill(runs, scheme, policy, level, check)
     content = provenance() | prediction.document()
     if to:

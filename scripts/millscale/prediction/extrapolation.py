@@ -180,7 +180,7 @@ def extrapolate(
 
     exponents = prior.exponents
     of_exponents = np.array([weights(S, runs, p) for p in exponents])
-    check_norm(S, float(np.linalg.norm(of_exponents, axis=1).max()))
+    check_norm(S, weights_norm(groups, prior))
     centres = of_exponents @ means
     scales = noise.deviation * np.sqrt((of_exponents**2 / runs).sum(axis=1))
     misfits = np.array([_misfit(S, runs, means, p) for p in exponents])
@@ -232,11 +232,11 @@ def exact_exponent(groups: Sequence[Group], truth: float) -> float | None:
     return float(brentq(excess, *ends))
 
 
-def largest_norm(groups: Sequence[Group], prior: Prior) -> float:
-    """Return the largest norm over p of the weights of the groups, by which noise is multiplied."""
+def weights_norm(groups: Sequence[Group], prior: Prior) -> float:
+    """Return the norm of the weights in the middle of a prior, by which noise is multiplied."""
     S = np.array([group.S for group in groups])
     runs = np.array([len(group.values) for group in groups], dtype=float)
-    return max(float(np.linalg.norm(weights(S, runs, p))) for p in prior.exponents)
+    return float(np.linalg.norm(weights(S, runs, prior.middle)))
 
 
 def check_norm(ratios: Iterable[float], norm: float) -> None:
@@ -248,8 +248,8 @@ def check_norm(ratios: Iterable[float], norm: float) -> None:
     if norm > LARGEST_WEIGHTS:
         raise ExtrapolationError(
             f"S = {', '.join(f'{x:.4g}' for x in ratios)} lie too close together or too far from "
-            f"1: weights of norm {norm:.2g}; accepted: at most {LARGEST_WEIGHTS:g}; "
-            "add a scaled mill nearer to S = 1, or one of a larger S"
+            f"1: weights of norm {norm:.3g}; accepted: at most {LARGEST_WEIGHTS:g}; "
+            "next: add a scaled mill nearer to S = 1, or one of a larger S"
         )
 
 

@@ -33,8 +33,10 @@ from millscale.prediction.observables import (
 )
 from millscale.prediction.result import PredictedNumber, Prediction, ScaledValue
 from millscale.prediction.selection import (
+    check_each_once,
     check_one_mill,
     check_scaled_mills,
+    check_spread,
     chosen_scaling,
     usable_charges,
     warnings_of,
@@ -65,20 +67,39 @@ def predict(
             close together.
         RunFolderError: a folder holds no campaign, or a damaged one.
     """
+    if not 0.5 <= level < 1.0:
+        raise PredictionError(f"level: got {level:g}; accepted: 0.5 to below 1, such as 0.95")
+    try:
+        used, left_out, excluded = _chosen(folders, scheme, policy, leave_out_physical)
+    except PredictionError as error:
+        where = ", ".join(str(folder) for folder in folders)
+        raise PredictionError(f"{where}: {error}") from None
+    values = measure([*used, *left_out], []).numbers
+    return predict_charges(used, left_out, values, level, excluded)
+
+
+def _chosen(
+    folders: Sequence[Path], scheme: str | None, policy: str | None, leave_out_physical: bool
+) -> tuple[list[Charge], list[Charge], dict[str, str]]:
+    """Return the charges to use, those to compare with, and why others are not used, by id."""
     charges, excluded = usable_charges(folders)
-    scheme, policy = chosen_scaling(charges, scheme, policy)
+    scheme, policy = chosen_scaling(charges, scheme, policy, excluded)
     wanted = [
         charge
         for charge in charges
         if charge.case.is_physical or (charge.scheme == scheme and charge.policy == policy)
     ]
     check_one_mill(wanted)
+    check_each_once(wanted)
     if leave_out_physical and not any(charge.case.is_physical for charge in wanted):
-        raise PredictionError("no finished charge of S = 1 to compare with: run one, or do not ask")
+        raise PredictionError(
+            "no finished charge of S = 1 to compare with; accepted: one or more; "
+            "next: run one, or leave --check out"
+        )
     used = [x for x in wanted if not (leave_out_physical and x.case.is_physical)]
     check_scaled_mills(used, excluded)
-    left_out = [charge for charge in wanted if charge not in used]
-    return predict_charges(used, left_out, measure(wanted, []).numbers, level, excluded)
+    check_spread(used)
+    return used, [charge for charge in wanted if charge not in used], excluded
 
 
 def predict_charges(

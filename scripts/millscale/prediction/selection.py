@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from msgspec import structs
+
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.errors import PredictionError
 from millscale.formats import number
-from millscale.prediction.extrapolation import by_ratio
+from millscale.prediction.extrapolation import (
+    ExtrapolationError,
+    Group,
+    by_ratio,
+    check_norm,
+    weights_norm,
+)
+from millscale.prediction.kinds import Kind
 from millscale.prediction.observables import balls_per_length
 from millscale.prediction.result import PredictedNumber
 from millscale.runs.case_file import Case
 
 # Differences of the filling beyond this are differences of the mill [share].
 SAME_FILLING = 0.01
+# Charges that are not used, of which an error names as many.
+MOST_NAMED = 3
 
 
 def usable_charges(
@@ -33,7 +45,7 @@ def usable_charges(
     """
     charges: list[Charge] = []
     excluded: dict[str, str] = {}
-    for folder in folders:
+    for folder in {Path(folder).resolve(): folder for folder in folders}.values():
         campaign = load_campaign(folder)
         excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
         for charge in campaign.charges:
@@ -45,12 +57,16 @@ def usable_charges(
 
 
 def chosen_scaling(
-    charges: Sequence[Charge], scheme: str | None, policy: str | None
+    charges: Sequence[Charge],
+    scheme: str | None,
+    policy: str | None,
+    excluded: Mapping[str, str],
 ) -> tuple[str, str]:
     """Return scheme and policy of the scaled mills; at S = 1 all are the same mill.
 
     Args:
         scheme, policy: as asked for; None: the only one there is.
+        excluded: charges that are not used, and why, by id.
 
     Raises:
         PredictionError: there is none, or several.
@@ -69,11 +85,14 @@ def chosen_scaling(
     asked = " and ".join(x for x in (scheme, policy) if x)
     if not found:
         raise PredictionError(
-            f"no finished and steady charge of a scaled mill{f' of {asked}' if asked else ''}: "
-            "millscale status DIR shows which are missing"
+            f"no finished and steady charge of a scaled mill{f' of {asked}' if asked else ''}"
+            f"{_unused(excluded)}; accepted: two values of S or more; next: millscale status DIR"
         )
     listed = ", ".join(" with ".join(pair) for pair in found)
-    raise PredictionError(f"scaled mills of {listed}: choose with --scheme and --policy")
+    raise PredictionError(
+        f"scaled mills of {listed}; accepted: one scheme and policy; "
+        "next: choose with --scheme and --policy"
+    )
 
 
 def by_physical_mill(charges: Iterable[Charge]) -> list[list[Charge]]:
@@ -105,13 +124,15 @@ def check_one_mill(charges: Sequence[Charge]) -> None:
             if not _is_close(value, theirs[key]):
                 raise PredictionError(
                     f"{first.id} and {other.id} are not of one physical mill: {key} is {value} and "
-                    f"{theirs[key]}; predict each mill from folders of its own"
+                    f"{theirs[key]}; accepted: scaled models of one mill; "
+                    "next: predict each mill from folders of its own"
                 )
         filling = balls_per_length(other.case) / balls_per_length(first.case)
         if abs(filling - 1.0) > SAME_FILLING:
             raise PredictionError(
                 f"{first.id} and {other.id} are not filled alike: {filling:.3f} times the balls "
-                "per length, scaled; the filling must be the same at every S"
+                f"per length, scaled; accepted: within {100.0 * SAME_FILLING:g} %; "
+                "next: run them with N / S^3 balls, or with [multi_ball] filling"
             )
 
 
@@ -140,6 +161,27 @@ def _is_close(first: Any, second: Any) -> bool:
     return bool(first == second)
 
 
+def check_each_once(charges: Iterable[Charge]) -> None:
+    """Refuse a run that stands in two folders: its copy is no second seed.
+
+    Raises:
+        PredictionError: names both.
+    """
+    seen: list[tuple[Case, Charge]] = []
+    for charge in charges:
+        # At S = 1 all schemes and policies are the same mill.
+        names = {"id": "", "campaign": ""}
+        names |= {"scheme": "", "policy": ""} if charge.case.is_physical else {}
+        case = structs.replace(charge.case, **names)
+        for other, first in seen:
+            if case == other:
+                raise PredictionError(
+                    f"{first.folder} and {charge.folder} are the same run; accepted: each run "
+                    "once, or other seeds; next: leave one of the folders out"
+                )
+        seen.append((case, charge))
+
+
 def check_scaled_mills(charges: Sequence[Charge], excluded: Mapping[str, str]) -> None:
     """Refuse charges of fewer than two values of S, or of two friction exponents.
 
@@ -153,16 +195,39 @@ def check_scaled_mills(charges: Sequence[Charge], excluded: Mapping[str, str]) -
     exponents = sorted({case.friction_exponent or 1.0 for case in scaled})
     if len(exponents) > 1:
         raise PredictionError(
-            f"scaled mills of friction_exponent {' and '.join(f'{k:g}' for k in exponents)}: "
-            "predict from folders of one exponent"
+            f"scaled mills of friction_exponent {' and '.join(f'{k:g}' for k in exponents)}; "
+            "accepted: one exponent; next: predict each from folders of its own"
         )
     if len(by_ratio((charge.S, charge) for charge in charges)) > 1:
         return
     found = f"S = {charges[0].S:.4g} alone" if charges else "no scaled mill"
-    unused = f"; not used: {', '.join(excluded)}" if excluded else ""
     raise PredictionError(
-        f"{found} is finished and steady{unused}: a prediction needs two values of S or more"
+        f"{found} is finished and steady{_unused(excluded)}; accepted: two values of S or more; "
+        "next: run another S, such as 1.7 beside 2.6, which millscale advise plans"
     )
+
+
+def check_spread(charges: Sequence[Charge]) -> None:
+    """Refuse values of S whose weights multiply the noise too much for every kind of observable.
+
+    Raises:
+        PredictionError: states S, the norm of the weights and what would do.
+    """
+    groups = [Group(S, (0.0,) * len(runs)) for S, runs in by_ratio((x.S, x) for x in charges)]
+    norm = min(weights_norm(groups, kind.prior) for kind in Kind)
+    try:
+        check_norm([group.S for group in groups], norm)
+    except ExtrapolationError as error:
+        raise PredictionError(str(error)) from None
+
+
+def _unused(excluded: Mapping[str, str]) -> str:
+    """Return which charges are not used, and why."""
+    if not excluded:
+        return ""
+    named = [f"{name} ({why})" for name, why in itertools.islice(excluded.items(), MOST_NAMED)]
+    more = len(excluded) - len(named)
+    return f"; not used: {', '.join(named)}" + (f" and {more} more" if more else "")
 
 
 def warnings_of(charges: Sequence[Charge]) -> Iterable[str]:
