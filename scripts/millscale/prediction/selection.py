@@ -60,7 +60,7 @@ def chosen_scaling(
     charges: Sequence[Charge],
     scheme: str | None,
     policy: str | None,
-    excluded: Mapping[str, str],
+    excluded: Mapping[str, str] | None = None,
 ) -> tuple[str, str]:
     """Return scheme and policy of the scaled mills; at S = 1 all are the same mill.
 
@@ -86,7 +86,8 @@ def chosen_scaling(
     if not found:
         raise PredictionError(
             f"no finished and steady charge of a scaled mill{f' of {asked}' if asked else ''}"
-            f"{_unused(excluded)}; accepted: two values of S or more; next: millscale status DIR"
+            f"{_unused(excluded or {})}; accepted: two values of S or more; "
+            "next: millscale status DIR"
         )
     listed = ", ".join(" with ".join(pair) for pair in found)
     raise PredictionError(
