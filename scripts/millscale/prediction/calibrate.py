@@ -28,7 +28,12 @@ from millscale.errors import CampaignError, PredictionError
 from millscale.formats import duration
 from millscale.prediction.contour import mean_contour
 from millscale.prediction.extrapolation import Group
-from millscale.prediction.friction_exponent import LARGEST_EXPONENT, Match, match
+from millscale.prediction.friction_exponent import (
+    LARGEST_EXPONENT,
+    Match,
+    exponent_of,
+    match,
+)
 from millscale.prediction.noise import noise_of
 from millscale.prediction.selection import usable_charges
 from millscale.runs.case_file import Case
@@ -97,6 +102,14 @@ class Observable:
     reference: float | None
     tried: Mapping[float, float | None]
 
+    @property
+    def exponent(self) -> float | None:
+        """Return the exponent at which it is that of the reference; None if there is none."""
+        known = {k: value for k, value in self.tried.items() if value is not None}
+        if self.reference is None or len(known) < len(self.tried):
+            return None
+        return exponent_of({k: value - self.reference for k, value in known.items()})
+
     def is_worse_at(self, exponent: float) -> bool:
         """Return whether it lies farther from the reference than at k = 0."""
         matched, unmatched = self.tried[exponent], self.tried[0.0]
@@ -151,7 +164,8 @@ class Calibration:
             "difference_of_minus_centre_x": _by_text(self.match.differences),
             "difference_by_chance": self.match.largest_chance,
             "observables": [
-                asdict(row) | {"tried": _by_text(row.tried)} for row in self.observables
+                asdict(row) | {"tried": _by_text(row.tried), "friction_exponent": row.exponent}
+                for row in self.observables
             ],
             "contour_distance": _by_text(self.contours),
             "excluded": dict(self.excluded),

@@ -8,7 +8,7 @@ from rich.table import Table
 
 from millscale.analysis.measures import NUMBERS, Quantity
 from millscale.campaign.keys import FRICTION_MATCHED
-from millscale.formats import NONE, percent
+from millscale.formats import NONE, number, percent
 from millscale.prediction.calibrate import Calibration
 
 _QUANTITIES = {quantity.name: quantity for quantity in NUMBERS}
@@ -25,13 +25,15 @@ def calibration_table(found: Calibration) -> Table:
     exponents = list(found.match.differences)
     for k in exponents:
         table.add_column(f"k = {k:g}", justify="right")
+    table.add_column("k of its own", justify="right")
     for row in found.observables:
         quantity = _QUANTITIES[row.name]
         shown = [_difference(quantity, row.tried[k], row.reference) for k in exponents]
-        table.add_row(quantity.heading, quantity.text(row.reference), *shown)
+        own = number(row.exponent, 2)
+        table.add_row(quantity.heading, quantity.text(row.reference), *shown, own)
     distances = [f"{100.0 * found.contours[k]:.2f}" for k in exponents if k in found.contours]
     if distances:
-        table.add_row("contour, mean distance [% of R - a]", "0", *distances)
+        table.add_row("contour, mean distance [% of R - a]", "0", *distances, NONE)
     return table
 
 

@@ -89,6 +89,16 @@ def match(
     )
 
 
+def exponent_of(differences: Mapping[float, float]) -> float | None:
+    """Return the exponent at which the fit of a difference is zero; None if it is out of range.
+
+    Args:
+        differences: of an observable from the reference, by k.
+    """
+    exponent = _root(np.array(list(differences)), np.array(list(differences.values())))
+    return exponent if 0.0 < exponent <= LARGEST_EXPONENT else None
+
+
 def _check_signal(differences: Mapping[float, float], chance: float) -> None:
     unmatched, effect = differences[0.0], differences[0.0] - differences[LARGEST_EXPONENT]
     if abs(unmatched) <= chance:
