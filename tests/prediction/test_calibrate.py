@@ -114,6 +114,8 @@ def columns_of(case, noise):
     wave = 0.02 * np.sin(25.0 * columns["mill_angle_rad"])
     centre = 0.36 + 0.012 * sensitivity * (1.0 + 0.2 * sensitivity) + noise
     columns["centre_x_m"] = -mill["radius_m"] * (centre + wave)
+    for name in ("centre_z_m", "balls_in_flight"):
+        columns[name] *= 1.0 + noise
     columns["kinetic_translation_J"] *= 1.0 + 0.01 * (case["S"] > 1.0) - 0.05 * math.log(friction)
     return columns
 
@@ -188,6 +190,13 @@ def test_what_matching_makes_worse_is_warned_of(tmp_path, engine):
     assert warnings == [
         "warning: farther from the reference than without matching: kinetic / M ω²R²"
     ]
+
+
+@pytest.mark.parametrize(("chance", "is_worse"), [(0.03, False), (0.005, True), (None, True)])
+def test_worse_is_what_the_noise_does_not_explain(chance, is_worse):
+    row = calibrate.Observable("kinetic", 1.0, {0.0: 1.01, 1.2: 0.98}, chance)
+    assert row.is_worse_at(1.2) == is_worse
+    assert not row.is_worse_at(0.0)
 
 
 def with_drift(monkeypatch, seeds):

@@ -32,6 +32,7 @@ from millscale.prediction.friction_exponent import (
     LARGEST_EXPONENT,
     Match,
     exponent_of,
+    largest_chance,
     match,
 )
 from millscale.prediction.noise import noise_of
@@ -96,26 +97,32 @@ class Mills:
 
 @dataclass(frozen=True)
 class Observable:
-    """A measured number of the reference, and by k of the other mill; None if not measured."""
+    """A measured number of the reference, and by k of the other mill; None if not measured.
+
+    Attributes:
+        chance: largest difference that the noise makes; None if the noise is not known.
+    """
 
     name: str
     reference: float | None
     tried: Mapping[float, float | None]
+    chance: float | None
 
     @property
     def exponent(self) -> float | None:
         """Return the exponent at which it is that of the reference; None if there is none."""
-        known = {k: value for k, value in self.tried.items() if value is not None}
-        if self.reference is None or len(known) < len(self.tried):
+        if self.reference is None:
             return None
+        known = {k: value for k, value in self.tried.items() if value is not None}
         return exponent_of({k: value - self.reference for k, value in known.items()})
 
     def is_worse_at(self, exponent: float) -> bool:
-        """Return whether it lies farther from the reference than at k = 0."""
+        """Return whether it lies farther from the reference than at k = 0, and than by chance."""
         matched, unmatched = self.tried[exponent], self.tried[0.0]
         if matched is None or unmatched is None or self.reference is None:
             return False
-        return abs(matched - self.reference) > abs(unmatched - self.reference)
+        least = max(abs(unmatched - self.reference), self.chance or 0.0)
+        return abs(matched - self.reference) > least
 
 
 @dataclass(frozen=True)
@@ -207,17 +214,23 @@ class _Runs:
 
     def match(self) -> tuple[Match, str]:
         """Return the exponent, and what its noise was found from."""
-        reference = self._group(self.reference)
-        tried = {k: self._group(charges) for k, charges in sorted(self.tried.items())}
-        charges = [*self.reference, *(x for charges in self.tried.values() for x in charges)]
-        noise, noise_from = noise_of(MATCHED, [reference, *tried.values()], charges)
+        reference, tried = self._groups(MATCHED)
+        noise, noise_from = noise_of(MATCHED, [reference, *tried.values()], self._charges)
         if noise is None:
-            raise PredictionError("the noise of -x_c is not known: turn longer, or add seeds")
-        return match(reference, tried, noise), noise_from
+            raise PredictionError("the noise of x_c is not known: turn longer, or add seeds")
+        return match(_negative(reference), {k: _negative(x) for k, x in tried.items()}, noise), (
+            noise_from
+        )
 
     def observable(self, name: str) -> Observable:
-        tried = {k: self._mean(name, charges) for k, charges in sorted(self.tried.items())}
-        return Observable(name, self._mean(name, self.reference), tried)
+        """Return a number by its name in `measures.NUMBERS`."""
+        reference, tried = self._groups(name)
+        if not reference.values or not all(group.values for group in tried.values()):
+            return Observable(name, None, dict.fromkeys(tried), None)
+        noise, _ = noise_of(name, [reference, *tried.values()], self._charges)
+        chance = largest_chance(noise, reference, tried.values()) if noise else None
+        values = {k: group.mean for k, group in tried.items()}
+        return Observable(name, reference.mean, values, chance)
 
     def contours(self) -> dict[float, float]:
         """Return the mean distance of the contours from those of the reference, over R - a."""
@@ -231,13 +244,18 @@ class _Runs:
             for k, found in lines.items()
         }
 
-    def _group(self, charges: Sequence[Charge]) -> Group:
-        values = [self.numbers[charge][MATCHED] for charge in charges]
-        return Group(charges[0].S, tuple(-value for value in values if value is not None))
+    @property
+    def _charges(self) -> list[Charge]:
+        return [*self.reference, *(x for charges in self.tried.values() for x in charges)]
 
-    def _mean(self, name: str, charges: Sequence[Charge]) -> float | None:
-        known = [x for charge in charges if (x := self.numbers[charge][name]) is not None]
-        return _mean(known) if known else None
+    def _groups(self, name: str) -> tuple[Group, dict[float, Group]]:
+        """Return a number of the reference, and of the other mill by k; only where measured."""
+
+        def group(charges: Sequence[Charge]) -> Group:
+            values = (self.numbers[charge][name] for charge in charges)
+            return Group(charges[0].S, tuple(value for value in values if value is not None))
+
+        return group(self.reference), {k: group(self.tried[k]) for k in sorted(self.tried)}
 
 
 def mills_of(file: Path, near: float | None = None, far: float | None = None) -> Mills:
@@ -377,6 +395,10 @@ def _run(text: str, folder: Path, cores: CoreWish, ignore_disk: bool, console: C
     if not ignore_disk:
         check_free_disk(asked)
     return run_campaign(asked, console)
+
+
+def _negative(group: Group) -> Group:
+    return Group(group.S, tuple(-value for value in group.values))
 
 
 def _mean(values: Sequence[float]) -> float:

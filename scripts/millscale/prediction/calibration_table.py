@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from rich.table import Table
@@ -25,15 +26,20 @@ def calibration_table(found: Calibration) -> Table:
     exponents = list(found.match.differences)
     for k in exponents:
         table.add_column(f"k = {k:g}", justify="right")
+    table.add_column("by chance", justify="right")
     table.add_column("k of its own", justify="right")
     for row in found.observables:
         quantity = _QUANTITIES[row.name]
         shown = [_difference(quantity, row.tried[k], row.reference) for k in exponents]
+        chance = NONE
+        if row.reference is not None and row.chance is not None:
+            above = row.reference + math.copysign(row.chance, row.reference)
+            chance = _difference(quantity, above, row.reference)
         own = number(row.exponent, 2)
-        table.add_row(quantity.heading, quantity.text(row.reference), *shown, own)
+        table.add_row(quantity.heading, quantity.text(row.reference), *shown, chance, own)
     distances = [f"{100.0 * found.contours[k]:.2f}" for k in exponents if k in found.contours]
     if distances:
-        table.add_row("contour, mean distance [% of R - a]", "0", *distances, NONE)
+        table.add_row("contour, mean distance [% of R - a]", "0", *distances, NONE, NONE)
     return table
 
 

@@ -13,7 +13,7 @@ here; docs/theory/similarity-law.md, "Friction between balls".
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,7 +63,7 @@ def match(
     """
     runs = np.array([len(group.values) for group in tried.values()])
     factor = float(stdtrit(noise.freedom, 0.5 * (1.0 + level)))
-    chance = factor * noise.deviation * math.sqrt(1.0 / runs.min() + 1.0 / len(reference.values))
+    chance = largest_chance(noise, reference, tried.values(), level)
     differences = {k: group.mean - reference.mean for k, group in tried.items()}
     _check_signal(differences, chance)
     k = np.array(list(differences))
@@ -87,6 +87,15 @@ def match(
     return Match(
         exponent, half_width, differences, chance, None if confirmed else round(exponent, 2)
     )
+
+
+def largest_chance(
+    noise: Noise, reference: Group, tried: Iterable[Group], level: float = 0.95
+) -> float:
+    """Return the largest difference of two groups that the noise makes, at a probability."""
+    fewest = min(len(group.values) for group in tried)
+    factor = float(stdtrit(noise.freedom, 0.5 * (1.0 + level)))
+    return factor * noise.deviation * math.sqrt(1.0 / fewest + 1.0 / len(reference.values))
 
 
 def exponent_of(differences: Mapping[float, float]) -> float | None:
