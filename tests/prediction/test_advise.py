@@ -131,3 +131,14 @@ def test_the_command_writes_the_campaign_and_overwrites_none(tmp_path):
     assert load_campaign(to).name == "advised"
     again = CliRunner().invoke(app, line)
     assert isinstance(again.exception, PredictionError) and "exists" in str(again.exception)
+
+
+@pytest.mark.parametrize("policies", [["paper", "friction-matched"], ["friction-matched"]])
+def test_a_plan_keeps_the_friction_exponent_of_its_policy(tmp_path, policies):
+    changes = {"scaling__policies": policies, "scaling__friction_exponent": 1.2}
+    charge = {"filling": 0.3, "rotation_angle_rad": 12.0, "step_s": 2e-4}
+    file = write_campaign(tmp_path, single_ball=None, multi_ball=charge, **changes)
+    file.write_text(advise(file, 0.02, ERRORS).text)
+    (policy,) = load_campaign(file).parts[0].policies
+    assert policy == policies[0]
+    assert load_campaign(file).friction_exponent == (1.2 if policy != "paper" else 1.0)

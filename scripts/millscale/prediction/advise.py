@@ -16,6 +16,7 @@ from typing import Any
 from scipy.special import stdtrit
 
 from millscale.campaign.build import campaign_of
+from millscale.campaign.keys import FRICTION_MATCHED
 from millscale.campaign.reader import parse_toml
 from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
@@ -233,6 +234,8 @@ class _Scenes:
         scaling["S"] = [S for S, _ in mills]
         scaling["schemes"] = [self._first.scheme]
         scaling["policies"] = [self._first.policy]
+        if self._first.policy != FRICTION_MATCHED:
+            scaling.pop("friction_exponent", None)
         if "filling" not in part:
             part["count"] = [max(1, round(self._balls_at_1 / S**3)) for S, _ in mills]
         part["slice_diameters"] = SLICE_DIAMETERS
