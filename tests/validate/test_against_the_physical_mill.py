@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from millscale.cli.main import app
 from millscale.errors import PredictionError
 from millscale.prediction.extrapolation import scale_function
+from millscale.prediction.observables import OBSERVABLES
 from millscale.validate import differences
 from millscale.validate.coverage import (
     ALL,
@@ -178,7 +179,10 @@ def test_the_mass_in_the_box_is_compared_over_a_pitch(mill, monkeypatch):
         return (1.0 + 0.02 * (charge.S == 2.6)) * (0.1 + 0.01 * np.sin(phases + late))[None, :]
 
     monkeypatch.setattr(differences, "pitch_masses", masses)
-    one = next(x for x in comparisons(mill) if x.name == "mass_flow")
+    names = [x.name for x in comparisons(mill)]
+    curves = [name for name in names if name not in {row.name for row in OBSERVABLES}]
+    assert curves == ["mass_in_box"] and len(set(names)) == len(names)
+    one = next(x for x in comparisons(mill) if x.name == "mass_in_box")
     of_paper = mill.scaled["constant-gravity", "paper"]
     higher = 2.0 * math.sqrt(1.0 + 0.5 * 0.1**2)
     assert one.size(one.mean(of_paper[2.6])) == pytest.approx(higher)

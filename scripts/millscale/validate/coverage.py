@@ -115,7 +115,7 @@ class Trial:
     cost_s: float
     intervals: tuple[Interval, ...]
     contour: Curve | None
-    mass_flow: Curve | None
+    mass_in_box: Curve | None
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON types."""
@@ -190,7 +190,7 @@ def trials_of(mill: Mill) -> Iterator[Trial]:
                 cost_s=sum(map(processor_time, used)),
                 intervals=tuple(_intervals(prediction, mill, compared)),
                 contour=_contour(prediction, mill, compared),
-                mass_flow=_mass_flow(prediction, mill, compared),
+                mass_in_box=_mass_in_box(prediction, mill, compared),
             )
 
 
@@ -242,10 +242,10 @@ def _contour(
     return _curve(one, prediction, mill, 100.0 * float(found.half_widths.mean()), found.inside)
 
 
-def _mass_flow(
+def _mass_in_box(
     prediction: Prediction, mill: Mill, compared: Mapping[str, Comparison]
 ) -> Curve | None:
-    found, one = prediction.mass_flow, compared.get("mass_flow")
+    found, one = prediction.mass_flow, compared.get("mass_in_box")
     if found is None or one is None:
         return None
     width = 100.0 * float(found.half_widths.mean() / found.values.mean())
@@ -420,7 +420,7 @@ def _trials_table(trials: Sequence[Mapping[str, Any]], mill: Mapping[str, Any]) 
         if power:
             error, width = (100.0 * power[key] / power["truth"] for key in ("error", "half_width"))
             of_power = f"{error:+.2f} ({abs(width):.2f})"
-        curves = " | ".join(_curve_text(trial[name]) for name in ("contour", "mass_flow"))
+        curves = " | ".join(_curve_text(trial[name]) for name in ("contour", "mass_in_box"))
         yield (
             f"| {trial['scheme']}, {trial['policy']} | {runs_text(trial['runs'])} "
             f"| {trial['cost_s'] / mill['cost_s']:.2f} "

@@ -227,7 +227,7 @@ def _of_mass_flow(mill: Mill) -> Comparison | None:
         return None if found is None else (found.values - middle) / unit
 
     return Comparison(
-        "mass_flow",
+        "mass_in_box",
         "mass in the box over a lifter pitch, RMS",
         "% of mean",
         _root_mean_square,
