@@ -1,4 +1,5 @@
-"""Which charges a prediction uses: scaled mills of one physical mill, finished and steady."""
+"""Which charges a prediction uses: scaled mills of one physical mill, finished and steady, within
+the range of the law of their errors."""
 
 from __future__ import annotations
 
@@ -23,6 +24,7 @@ from millscale.prediction.extrapolation import (
 )
 from millscale.prediction.kinds import Kind
 from millscale.prediction.observables import balls_per_length
+from millscale.prediction.range_of_law import outside_range
 from millscale.prediction.result import PredictedNumber
 from millscale.runs.case_file import Case
 
@@ -35,7 +37,8 @@ MOST_NAMED = 3
 def usable_charges(
     folders: Sequence[Path], unsteady: bool = False
 ) -> tuple[list[Charge], dict[str, str]]:
-    """Return the finished, steady charges by S and seed, and why the others are not used.
+    """Return the finished, steady charges within the range of the law, by S and seed, and why the
+    others are not used.
 
     Args:
         unsteady: return charges that are not steady as well.
@@ -49,7 +52,9 @@ def usable_charges(
         campaign = load_campaign(folder)
         excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
         for charge in campaign.charges:
-            if unsteady or charge.result.steady.is_steady:
+            if why := outside_range(charge.case):
+                excluded[charge.id] = why
+            elif unsteady or charge.result.steady.is_steady:
                 charges.append(charge)
             else:
                 excluded[charge.id] = "; ".join(charge.result.steady.reasons)
