@@ -4,12 +4,13 @@ The balls are not scaled, so lifters and grooves shrink against them. A lifter l
 holds no ball: balls roll over it, and the charge slips. A groove narrower than two balls holds them
 one beside the other, and no layer lies between the lifters. A mill of a few balls across has no
 flowing layer thin against its bed. Beyond these limits the motion changes in kind, not by a power
-of S (docs/results/coverage.md).
+of S (docs/theory/prediction.md).
 """
 
 from __future__ import annotations
 
-from millscale.formats import number
+import math
+
 from millscale.runs.case_file import Case
 
 # In ball diameters, at the scaled mill.
@@ -47,6 +48,7 @@ def outside_range(case: Case) -> str:
     check("its radius is", ratio, LEAST_MILL_OVER_BALL, "ball radii")
     if not reasons:
         return ""
-    most = min(largest)
-    advice = f"S up to {number(most, 3)}" if most > 1.0 else "run the physical mill, S = 1"
+    # Rounded down: the advised S is within the limits.
+    most = math.floor(100.0 * min(largest)) / 100.0
+    advice = f"S up to {most:g}" if most > 1.0 else "run the physical mill, S = 1"
     return f"{' and '.join(reasons)}: {advice}"
