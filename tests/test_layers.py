@@ -10,12 +10,14 @@ from pathlib import Path
 
 import pytest
 
+import millscale.api
+
 ROOT = Path(__file__).parents[1]
 
 # Packages of millscale from top to bottom. A package imports those of lower rows only.
 PYTHON = (
     ("__main__",),
-    ("cli",),
+    ("cli", "api"),
     ("validate", "bench"),
     ("study", "prediction"),
     ("workflow",),
@@ -104,6 +106,13 @@ def upward(name: str, text: str) -> list[str]:
 @pytest.mark.parametrize("name", SOURCES)
 def test_a_module_imports_lower_packages_only(name):
     assert upward(name, SOURCES[name].read_text(encoding="utf-8")) == []
+
+
+def test_the_package_names_nothing_but_the_interface():
+    """`millscale` itself lies below all others, and yet names functions of `api`: by their names
+    alone, imported on first use."""
+    assert tuple(millscale.api.__all__) == millscale._API
+    assert not list(imported(SOURCES["millscale"].read_text(encoding="utf-8")))
 
 
 def test_no_modules_import_one_another_in_a_circle():

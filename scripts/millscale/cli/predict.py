@@ -57,7 +57,6 @@ def predict(
     from millscale.prediction.table import (
         checks_table,
         impact_tables,
-        prediction_lines,
         prediction_table,
     )
     from millscale.runs.writing import write_json, write_text
@@ -80,5 +79,5 @@ def predict(
     for table in impact_tables(prediction):
         console.print(table)
     console.print(checks_table(prediction))
-    for line in prediction_lines(prediction):
+    for line in prediction.notes():
         console.print(line, highlight=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -11,11 +11,19 @@ from millscale.analysis.finished import Charge
 from millscale.errors import nearest
 from millscale.formats import NONE, number
 from millscale.prediction.contour import PredictedContour
-from millscale.prediction.extrapolation import Extrapolation, Group, Noise, exact_exponent
+from millscale.prediction.extrapolation import (
+    Extrapolation,
+    Group,
+    Noise,
+    by_ratio,
+    exact_exponent,
+)
 from millscale.prediction.field import PredictedField
 from millscale.prediction.impacts import PredictedSpectrum
 from millscale.prediction.mass_flow import PredictedCurve
+from millscale.prediction.noise import PITCHES
 from millscale.prediction.observables import Observable, PhysicalMill
+from millscale.prediction.text import aligned, html_table
 
 SCHEMA = 1
 
@@ -134,9 +142,11 @@ class PredictedNumber:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Prediction:
     """The physical mill and what is predicted of it.
+
+    A prompt shows it as text, a notebook as a table. `prediction["power"]` is an observable.
 
     Attributes:
         contour: the free surface; None if it is not extrapolated, which `contour_refused` explains.
@@ -186,6 +196,94 @@ class Prediction:
             f"Physical mill: radius {mill.radius:g} m, length {mill.length:g} m, "
             f"{mill.balls:,.0f} balls, {1e-3 * mill.mass:.3g} t"
         )
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def summary(self) -> str:
+        """Return values, intervals and notes as text."""
+        heading = ("", "predicted", f"{100.0 * self.level:g} % interval", "")
+        return "\n".join([self.title, *aligned([heading, *self._rows()]), *self.notes()])
+
+    def _repr_html_(self) -> str:
+        """Return values, intervals and notes as the HTML that notebooks show."""
+        headings = ("observable", "predicted", f"{100.0 * self.level:g} % interval", "unit")
+        return html_table(self.title, headings, self._rows(), list(self.notes()))
+
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        """Return label, value, interval and unit of each observable that is predicted."""
+        found = []
+        for row in self.numbers:
+            unit, value, interval, _ = row.cells
+            if row.value is not None:
+                found.append((row.observable.label, value, interval, unit))
+        return found
+
+    def notes(self) -> Iterator[str]:
+        """Yield what belongs to the numbers: curves, refusals, runs, warnings."""
+        for row in self.numbers:
+            if row.refused:
+                yield f"not predicted: {row.observable.label}: {row.refused}"
+        yield from self._contour_notes()
+        yield from self._mass_flow_notes()
+        yield from self._field_notes()
+        if not self.spectra:
+            yield f"not predicted: impacts: {self.spectra_refused}"
+        counts = by_ratio((charge.S, charge) for charge in self.runs)
+        used = ", ".join(f"S = {S:.4g}: {len(found)}" for S, found in counts)
+        yield f"runs by {self.scheme}, {self.policy}: {used}; all steady"
+        if any(row.noise_from == PITCHES for row in self.numbers):
+            yield "noise from the scatter of lifter pitches: too few seeds to measure it"
+        for name, why in self.excluded.items():
+            yield f"not used: {name}: {why}"
+        for warning in self.warnings:
+            yield f"warning: {warning}"
+
+    def _contour_notes(self) -> Iterator[str]:
+        contour = self.contour
+        if contour is None:
+            yield f"not predicted: surface contour: {self.contour_refused}"
+            return
+        yield (
+            f"surface contour: {len(contour.points)} points, half width of the interval "
+            f"{100.0 * contour.half_widths.mean():.2f} % of R - a in the mean"
+        )
+        if contour.check and contour.nearest:
+            ours, theirs = (100.0 * pair[0] for pair in (contour.check, contour.nearest))
+            yield (
+                f"  distance from the contour of S = 1, left out: {ours:.2f} % of R - a; that of "
+                f"the smallest scaled S: {theirs:.2f} %"
+            )
+
+    def _mass_flow_notes(self) -> Iterator[str]:
+        curve = self.mass_flow
+        if curve is None:
+            yield f"not predicted: mass in the monitoring box: {self.mass_flow_refused}"
+            return
+        masses, mean = self.mill.mass * curve.values, float(curve.values.mean())
+        yield (
+            f"mass in the monitoring box over a lifter pitch: {len(masses)} phases, "
+            f"{masses.min():.4g} to {masses.max():.4g} kg, half width of the interval "
+            f"{100.0 * curve.half_widths.mean() / mean:.1f} % of its mean"
+        )
+        if curve.check and curve.nearest and curve.inside is not None:
+            yield (
+                f"  RMS difference from S = 1, left out: {100.0 * curve.check:.1f} % of "
+                f"its mean, {100.0 * curve.inside:.0f} % of the phases inside; that of the "
+                f"smallest scaled S: {100.0 * curve.nearest:.1f} %"
+            )
+
+    def _field_notes(self) -> Iterator[str]:
+        field = self.field
+        if field is None:
+            yield f"not predicted: map of the solid fraction: {self.field_refused}"
+            return
+        yield "map of the solid fraction, without an interval: --field FILE writes it"
+        if field.check is not None and field.nearest is not None:
+            yield (
+                f"  balls that S = 1, left out, has elsewhere: {100.0 * field.check:.1f} %; than "
+                f"the smallest scaled S: {100.0 * field.nearest:.1f} %"
+            )
 
     def document(self) -> dict[str, Any]:
         """Return it as JSON types."""

@@ -9,7 +9,6 @@ from rich.table import Table
 
 from millscale.formats import NONE, duration, number
 from millscale.prediction.advise import Advice
-from millscale.prediction.noise import PITCHES
 from millscale.prediction.result import PredictedNumber, Prediction
 
 YES_NO = {True: "yes", False: "no", None: NONE}
@@ -82,74 +81,6 @@ def impact_tables(prediction: Prediction) -> Iterator[Table]:
                 cells += [NONE if x.check is None else f"{x.check:.3g}", YES_NO[x.is_inside]]
             table.add_row(*cells)
         yield table
-
-
-def prediction_lines(prediction: Prediction) -> Iterator[str]:
-    """Yield what stands below the table: refusals, runs, warnings."""
-    for row in prediction.numbers:
-        if row.refused:
-            yield f"not predicted: {row.observable.label}: {row.refused}"
-    if prediction.contour is None:
-        yield f"not predicted: surface contour: {prediction.contour_refused}"
-    else:
-        contour = prediction.contour
-        yield (
-            f"surface contour: {len(contour.points)} points, half width of the interval "
-            f"{100.0 * contour.half_widths.mean():.2f} % of R - a in the mean"
-        )
-        if contour.check and contour.nearest:
-            ours, theirs = (100.0 * pair[0] for pair in (contour.check, contour.nearest))
-            yield (
-                f"  distance from the contour of S = 1, left out: {ours:.2f} % of R - a; that of "
-                f"the smallest scaled S: {theirs:.2f} %"
-            )
-    yield from _mass_flow_lines(prediction)
-    yield from _field_lines(prediction)
-    if not prediction.spectra:
-        yield f"not predicted: impacts: {prediction.spectra_refused}"
-    by_ratio: dict[str, int] = {}
-    for charge in prediction.runs:
-        by_ratio[f"{charge.S:.4g}"] = by_ratio.get(f"{charge.S:.4g}", 0) + 1
-    used = ", ".join(f"S = {S}: {count}" for S, count in by_ratio.items())
-    yield f"runs by {prediction.scheme}, {prediction.policy}: {used}; all steady"
-    if any(row.noise_from == PITCHES for row in prediction.numbers):
-        yield "noise from the scatter of lifter pitches: too few seeds to measure it"
-    for name, why in prediction.excluded.items():
-        yield f"not used: {name}: {why}"
-    for warning in prediction.warnings:
-        yield f"warning: {warning}"
-
-
-def _mass_flow_lines(prediction: Prediction) -> Iterator[str]:
-    curve = prediction.mass_flow
-    if curve is None:
-        yield f"not predicted: mass in the monitoring box: {prediction.mass_flow_refused}"
-        return
-    mass, mean = prediction.mill.mass, float(curve.values.mean())
-    yield (
-        f"mass in the monitoring box over a lifter pitch: {len(curve.values)} phases, "
-        f"{mass * curve.values.min():.4g} to {mass * curve.values.max():.4g} kg, half width of the "
-        f"interval {100.0 * curve.half_widths.mean() / mean:.1f} % of its mean"
-    )
-    if curve.check and curve.nearest and curve.inside is not None:
-        yield (
-            f"  RMS difference from S = 1, left out: {100.0 * curve.check:.1f} % of "
-            f"its mean, {100.0 * curve.inside:.0f} % of the phases inside; that of the "
-            f"smallest scaled S: {100.0 * curve.nearest:.1f} %"
-        )
-
-
-def _field_lines(prediction: Prediction) -> Iterator[str]:
-    field = prediction.field
-    if field is None:
-        yield f"not predicted: map of the solid fraction: {prediction.field_refused}"
-        return
-    yield "map of the solid fraction, without an interval: --field FILE writes it"
-    if field.check is not None and field.nearest is not None:
-        yield (
-            f"  balls that S = 1, left out, has elsewhere: {100.0 * field.check:.1f} %; than the "
-            f"smallest scaled S: {100.0 * field.nearest:.1f} %"
-        )
 
 
 def advice_table(advice: Advice) -> Table:
