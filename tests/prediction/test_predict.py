@@ -154,6 +154,7 @@ def test_the_command_prints_the_table_and_writes_the_numbers(mills, tmp_path):
     power = next(line for line in done.output.splitlines() if " power " in line)
     assert "kW" in power and "yes" in power
     assert "not predicted: shoulder" in done.output
+    assert "ledger = true in [multi_ball]" in done.output
     content = json.loads(to.read_text())
     assert {"command", "commit", "machine", "date"} <= content.keys()
     assert content["numbers"][0]["name"] == "power"

@@ -80,4 +80,4 @@ def predict(
         console.print(table)
     console.print(checks_table(prediction))
     for line in prediction.notes():
-        console.print(line, highlight=False)
+        console.print(line, highlight=False, markup=False)

@@ -1,10 +1,8 @@
 """The mean solid fraction over the cross-section of the physical mill.
 
-Extrapolated cell by cell, a field is no better than that of the smallest scaled S: the surface of
-the bed moves with S, and a cell that it passes follows no power of S (docs/results/prediction.md).
-So each sector is extrapolated in moved coordinates. The radius r(u) inside of which all but the
-share u of the balls of the sector lie, counted from the liner, follows the law, and so does the
-sum of the sector. Derived here.
+The surface of the bed moves with S, and a cell that it passes follows no power of S. So each sector
+is extrapolated in moved coordinates: the radius outside of which a share u of the balls of the
+sector lies follows the law, for each u, and so does the sum of the sector. Derived here.
 """
 
 from __future__ import annotations
