@@ -241,6 +241,20 @@ def definitions(
     write_definitions(runs, docs, scheme, policy)
 
 
+@validate.command()
+def averaging(runs: RunsArguments, docs: Docs = Path("docs")) -> None:
+    """Measure how far charges turn until they are steady, and what longer runs give beside seeds.
+
+    Takes every finished charge of the campaigns; one of them must be steady for 15 rad. Writes
+    results/averaging.json and its figure.
+
+    Example: `millscale validate averaging runs/slices runs/long`
+    """
+    from millscale.validate.averaging import write_averaging
+
+    write_averaging(runs, docs)
+
+
 @validate.command("liner-variants")
 def liner_variants(
     runs: RunsOption,
