@@ -256,11 +256,13 @@ def test_intervals_inside_outside_and_refused_are_counted():
     trial = Trial(
         "a", "constant-gravity", "paper", ((1.7, 1), (2.6, 2)), ONE_NEAR, 20.0, rows, None, None
     )
-    (found, *_) = coverage([trial], {"a": 100.0})
+    found, *_ = coverage([trial], {"a": 100.0}, {"a": 500.0})
     assert (found.inside, found.intervals, found.refused, found.within_chance) == (2, 4, 1, 1)
     assert found.half_width_over_error == pytest.approx(0.5 * (1.0 / 1.5 + 1.0 / 0.5))
     assert (found.gain, found.cost_share) == (1.5, 0.2)
     assert (found.lower, found.upper) == binomial_interval(2, 4)
+    within = [x.of for x in coverage([trial], {"a": 100.0}, {"a": 300.0}) if "whole" in x.of]
+    assert within == ["constant-gravity, paper: at most 1/10 of the whole mill"]
 
 
 def test_an_interval_that_misses_is_counted(folders, tmp_path):
@@ -274,7 +276,7 @@ def test_an_interval_that_misses_is_counted(folders, tmp_path):
     trials = [x for x in trials_of(found) if x.seeds == ALL]
     row = next(row for row in trials[0].intervals if row.observable == "power")
     assert row.is_inside is False
-    by_label = {x.of: x for x in coverage(trials, {found.name: 1.0})}
+    by_label = {x.of: x for x in coverage(trials, {found.name: 1.0}, {found.name: 1.0})}
     of_power = by_label["constant-gravity, paper: power"]
     assert (of_power.inside, of_power.intervals) == (0, 1)
 

@@ -19,17 +19,19 @@ from scipy.special import betaincinv
 
 from millscale.analysis.finished import Charge
 from millscale.engine.record import provenance
-from millscale.formats import NONE, counted, number
 from millscale.prediction.noise import pitch_error
 from millscale.prediction.predict import Prediction, predict_charges
 from millscale.runs.writing import write_json
 from millscale.validate.coverage_figures import draw_coverage, draw_speed
+from millscale.validate.coverage_tables import markdown, runs_text
 from millscale.validate.differences import CHANCES, Comparison, comparisons, deviations
 from millscale.validate.gain import Single, cost_at_equal_error
 from millscale.validate.mills import COUNTED, Mill, load_mills, mean_time, processor_time
 
 COMMAND = "millscale validate prediction DIR... --to FILE"
 LEVEL = 0.95  # probability of the intervals
+# Costs over that of the whole mill, by balls, up to which the coverage is counted by itself.
+BUDGETS = (0.1, 0.05)
 ALL, ONE_NEAR = "all seeds", "one seed of the nearest"
 BySeeds = Mapping[float, tuple[Charge, ...]]
 
@@ -138,7 +140,12 @@ def try_predictions(folders: Sequence[Path], unsteady: bool) -> dict[str, Any]:
         "mills": [_mill_document(mill) for mill in mills],
         "trials": [trial.document() for trial in trials],
         "coverage": [
-            asdict(row) for row in coverage(trials, {x.name: mean_time(x.physical) for x in mills})
+            asdict(row)
+            for row in coverage(
+                trials,
+                {x.name: mean_time(x.physical) for x in mills},
+                {x.name: mean_time(x.physical) / x.length_share for x in mills},
+            )
         ],
         "excluded": excluded,
     }
@@ -146,7 +153,6 @@ def try_predictions(folders: Sequence[Path], unsteady: bool) -> dict[str, Any]:
 
 def _mill_document(mill: Mill) -> dict[str, Any]:
     """Return cost and errors of S = 1 and of the single scaled mills."""
-    case = mill.physical[0].case
     compared = [x for x in comparisons(mill) if x.name in ("power", "contour_mean")]
     singles = []
     for scaling, by_S in mill.scaled.items():
@@ -168,7 +174,7 @@ def _mill_document(mill: Mill) -> dict[str, Any]:
         "settling_s": median(x.settled.processor_time_s or 0.0 for x in mill.physical),
         "steady_from_rad": median(x.result.mean_from_rad for x in mill.physical),
         "rotation_rad": median(x.result.rotation_angle_rad for x in mill.physical),
-        "length_share": case.mill.simulated_length_m / case.mill.length_m,
+        "length_share": mill.length_share,
         "deviations": {
             x.name: deviations(x, mill, next(iter(mill.scaled)).scheme).at(1.0) for x in compared
         },
@@ -303,11 +309,14 @@ class Coverage:
     cost_share: float
 
 
-def coverage(trials: Sequence[Trial], costs: Mapping[str, float]) -> list[Coverage]:
-    """Return the coverage by scaling, and there by runs, by mill and by observable.
+def coverage(
+    trials: Sequence[Trial], costs: Mapping[str, float], whole_costs: Mapping[str, float]
+) -> list[Coverage]:
+    """Return the coverage by scaling, and there by cost, runs, mill and observable.
 
     Args:
         costs: of a run of S = 1, by mill [s].
+        whole_costs: the same of the mill's whole length.
     """
     found = []
     for scaling in sorted({(x.scheme, x.policy) for x in trials}):
@@ -317,6 +326,10 @@ def coverage(trials: Sequence[Trial], costs: Mapping[str, float]) -> list[Covera
         # The torque of a steady charge is that of its weight: x of its centre gives the power.
         without_x = [(x, row) for x, row in _pairs(some) if row.observable != "centre_x"]
         found.append(_coverage(f"{name}: without centre of mass, x", without_x, costs))
+        for share in BUDGETS:
+            group = [x for x in some if x.cost_s <= share * whole_costs[x.mill]]
+            of = f"{name}: at most 1/{1.0 / share:.0f} of the whole mill"
+            found += [_coverage(of, _pairs(group), costs)] if group else []
         for kind in dict.fromkeys(x.seeds for x in some):
             group = [x for x in some if x.seeds == kind]
             found.append(_coverage(f"{name}: {kind}", _pairs(group), costs))
@@ -375,11 +388,6 @@ def binomial_interval(inside: int, count: int) -> tuple[float, float]:
     return float(lower), float(upper)
 
 
-def runs_text(runs: Sequence[tuple[float, int]]) -> str:
-    """Return S = 1.696 (1 seed), 2.6 (3 seeds)."""
-    return "S = " + ", ".join(f"{S:.4g} ({counted(seeds, 'seed')})" for S, seeds in runs)
-
-
 def write_coverage(folders: Sequence[Path], file: Path, unsteady: bool = False) -> str:
     """Write the predictions to a file, and two figures beside it.
 
@@ -391,64 +399,3 @@ def write_coverage(folders: Sequence[Path], file: Path, unsteady: bool = False) 
     draw_speed(content, file.with_suffix(".png"))
     draw_coverage(content, file.with_name(f"{file.stem}-intervals.png"))
     return markdown(content)
-
-
-def markdown(content: Mapping[str, Any]) -> str:
-    """Return the predictions of each mill, and the coverage over all."""
-    lines = ["", "errors of power, contour and mass in the box; in brackets the half width"]
-    for mill in content["mills"]:
-        trials = [trial for trial in content["trials"] if trial["mill"] == mill["name"]]
-        title = f"**{mill['name']}** ({mill['description']})"
-        cost = f"S = 1 took {mill['cost_s']:.0f} s of processor time"
-        lines += ["", f"{title}; {cost}", "", *_trials_table(trials, mill)]
-    lines += ["", *_coverage_table(content["coverage"])]
-    lines += [f"not used: {name}: {why}" for name, why in content["excluded"].items()]
-    return "\n".join(lines[1:])
-
-
-def _trials_table(trials: Sequence[Mapping[str, Any]], mill: Mapping[str, Any]) -> Iterator[str]:
-    yield (
-        "| scheme, policy | runs | cost / S = 1 | inside | refused "
-        "| power [%] | contour [% of R - a] | points inside [%] "
-        "| mass in the box [% of mean] | points inside [%] |"
-    )
-    yield "|---" * 10 + "|"
-    for trial in trials:
-        known = [row for row in trial["intervals"] if row["is_inside"] is not None]
-        power = next((row for row in known if row["observable"] == "power"), None)
-        of_power = NONE
-        if power:
-            error, width = (100.0 * power[key] / power["truth"] for key in ("error", "half_width"))
-            of_power = f"{error:+.2f} ({abs(width):.2f})"
-        curves = " | ".join(_curve_text(trial[name]) for name in ("contour", "mass_in_box"))
-        yield (
-            f"| {trial['scheme']}, {trial['policy']} | {runs_text(trial['runs'])} "
-            f"| {trial['cost_s'] / mill['cost_s']:.2f} "
-            f"| {sum(row['is_inside'] for row in known)} of {len(known)} "
-            f"| {len(trial['intervals']) - len(known)} | {of_power} | {curves} |"
-        )
-
-
-def _curve_text(curve: Mapping[str, Any] | None) -> str:
-    """Return the cells of error with half width, and of the points inside."""
-    if curve is None:
-        return f"{NONE} | {NONE}"
-    inside = curve["share_inside"]
-    share = NONE if inside is None else f"{100.0 * inside:.0f}"
-    return f"{curve['error']:.2f} ({curve['half_width']:.2f}) | {share}"
-
-
-def _coverage_table(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    yield (
-        "| intervals of | inside | share [%] | 95 % of the share | refused "
-        "| misses by chance of S = 1 | half width / error | gain in cost | cost / S = 1 |"
-    )
-    yield "|---" * 9 + "|"
-    for row in rows:
-        share = f"{100.0 * row['inside'] / row['intervals']:.0f}" if row["intervals"] else NONE
-        yield (
-            f"| {row['of']} | {row['inside']} of {row['intervals']} | {share} "
-            f"| {100.0 * row['lower']:.0f} to {100.0 * row['upper']:.0f} | {row['refused']} "
-            f"| {row['within_chance']} | {number(row['half_width_over_error'], 1)} "
-            f"| {number(row['gain'], 2)} | {row['cost_share']:.2f} |"
-        )

@@ -233,8 +233,7 @@ def write_friction_matched(folders: Sequence[Path], file: Path, unsteady: bool =
 def markdown(content: Mapping[str, Any]) -> str:
     """Return a table for each mill and scheme, and one of the medians."""
     lines = [
-        f"paper / friction-matched; ~: below {content['chances']:g} times its chance; "
-        "±: standard error from the seeds"
+        f"errors of paper / friction-matched; ~: below {content['chances']:g} times its chance"
     ]
     for mill in content["mills"]:
         of_mill = [row for row in content["rows"] if row["mill"] == mill["name"]]
@@ -283,5 +282,4 @@ def _error_text(error: Mapping[str, Any] | None, unit: str) -> str:
     signed = "+" if unit in ("%", "deg") else ""
     chance = error["chance"]
     mark = "~" if chance is not None and abs(error["value"]) <= CHANCES * chance else ""
-    spread = "" if error["standard_error"] is None else f" ± {error['standard_error']:.2f}"
-    return f"{mark}{error['value']:{signed}.2f}{spread}"
+    return f"{mark}{error['value']:{signed}.2f}"

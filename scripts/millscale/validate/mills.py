@@ -74,6 +74,12 @@ class Mill:
             f"{100.0 * math.sqrt(froude):.0f} % of critical"
         )
 
+    @property
+    def length_share(self) -> float:
+        """Return the simulated length of S = 1 over that of the whole mill."""
+        mill = self.physical[0].case.mill
+        return mill.simulated_length_m / mill.length_m
+
     def value(self, row: Observable, charge: Charge) -> float | None:
         """Return the dimensionless number of an observable in a charge."""
         return row.read(charge, self.values[charge])
