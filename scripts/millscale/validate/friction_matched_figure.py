@@ -37,7 +37,7 @@ def draw_errors(content: Mapping[str, Any], file: Path) -> Figure:
     with rc_context(STYLE):
         figure = Figure(figsize=(2.4 + 1.9 * len(panels), 1.2 + 0.32 * len(names)),
                         layout="constrained")  # fmt: skip
-        every = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
+        every = figure.subplots(1, len(panels), squeeze=False, sharex=True, sharey=True)[0]
         several_schemes = len({scheme for scheme, _ in panels}) > 1
         for axes, (scheme, S) in zip(every, panels, strict=True):
             some = [x for x in rows if (x["scheme"], x["ratios"][0]) == (scheme, S)]
