@@ -72,6 +72,15 @@ def test_a_run_of_the_physical_mill_narrows_to_itself():
     assert found.half_width == pytest.approx(1.96 * 0.01, rel=1e-3)
 
 
+def test_the_physical_mill_alone_has_the_interval_of_its_mean():
+    """t s / sqrt(n), by hand: t = 4.303 at 97.5 % and 2 degrees of freedom."""
+    found = extrapolate([Group(1.0, (0.9, 1.1, 1.0))])
+    assert found.value == pytest.approx(1.0)
+    assert found.half_width == pytest.approx(4.303 * 0.1 / math.sqrt(3.0), rel=1e-3)
+    assert found.weights == (1.0,)
+    assert found.residual_probability is None
+
+
 def test_few_seeds_widen_the_interval_as_students_t_does():
     runs = [Group(1.0, (0.0,)), Group(2.6, (0.0,))]
     known = extrapolate(runs, Noise(1.0, math.inf)).half_width

@@ -6,9 +6,11 @@ import math
 import pytest
 from typer.testing import CliRunner
 
+from millscale.analysis.charge.measured import measure
 from millscale.cli.main import app
 from millscale.errors import PredictionError
-from millscale.prediction.predict import predict
+from millscale.prediction.predict import predict, predict_charges
+from millscale.prediction.selection import usable_charges
 from synthetic_mills import BALLS_AT_1, SEEDS, TORQUE, charge_case, write_mills
 
 
@@ -99,6 +101,15 @@ def test_what_is_not_measured_is_refused_with_its_reason(mills):
 def test_values_that_no_power_fits_are_refused(tmp_path):
     bent_mills(tmp_path, {1.0: 0.0, 1.3: 0.03, 1.696: -0.03, 2.6: 0.03})
     assert "do not follow a power of S" in named(predict([tmp_path]))["power"].refused
+
+
+def test_the_physical_mill_alone_has_the_interval_of_its_noise(tmp_path):
+    charges, _ = usable_charges([write_mills(tmp_path, charge_case(1.0, 1))])
+    found = predict_charges(charges, [], measure(charges, []).numbers)
+    power = found["power"]
+    assert power.value == pytest.approx(power.measured[0].mean)
+    assert power.noise_from == "lifter pitches"
+    assert 0.0 < power.half_width < 0.02 * power.value
 
 
 def test_the_pitches_give_the_noise_of_single_seeds(tmp_path):

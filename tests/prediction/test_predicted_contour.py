@@ -77,6 +77,15 @@ def test_more_noise_widens_the_interval(charges, monkeypatch):
     assert predict_contour(charges(1.7, 2.6)).half_widths.mean() > 3.0 * narrow
 
 
+def test_the_shift_of_each_run_is_its_displacement_towards_the_largest_S(charges):
+    found = predict_contour(charges(1.7, 2.6))
+    assert [group.S for group in found.shifts] == [1.7, 2.6]
+    for group in found.shifts:
+        expected = [radius_of(1.7) - radius_of(group.S, seed) for seed in (-1, 1)]
+        assert_allclose(group.values, expected, atol=1e-5)
+    assert found.noise.deviation == pytest.approx(math.sqrt(2.0) * SEED, rel=0.02)
+
+
 def test_lengths_of_the_document_are_metres(charges):
     found = predict_contour(charges(1.7, 2.6))
     content = found.document(3.88)

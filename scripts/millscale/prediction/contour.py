@@ -22,7 +22,7 @@ from millscale.analysis.shapes.comparison import curve_distances
 from millscale.analysis.shapes.contour import surface_contour
 from millscale.analysis.shapes.shape import contour_grid, snapshots_at, unit_length, wanted_angles
 from millscale.analysis.shapes.snapshots import Snapshot
-from millscale.prediction.extrapolation import SAME_S, ExtrapolationError, Noise, by_ratio
+from millscale.prediction.extrapolation import SAME_S, ExtrapolationError, Group, Noise, by_ratio
 from millscale.prediction.kinds import Kind
 from millscale.prediction.noise import FEWEST_SEED_FREEDOM
 from millscale.prediction.points import extrapolate_points, noise_of_points
@@ -47,12 +47,17 @@ class PredictedContour:
         check: mean and largest distance from the contour of a physical mill that was left out.
         nearest: the same of the smallest scaled S, for comparison.
         inside: share of the points whose interval holds that contour.
+        shifts: displacements of each run in the mean over the points, by S; counted positive
+            towards the contour of the largest S.
+        noise: of one run, at a point.
     """
 
     points: np.ndarray
     half_widths: np.ndarray
     check: tuple[float, float] | None
     nearest: tuple[float, float] | None
+    shifts: tuple[Group, ...]
+    noise: Noise
     inside: float | None = None
 
     def document(self, unit_m: float) -> dict[str, Any]:
@@ -180,6 +185,8 @@ def predict_contour(
         widths,
         _distances(surface, truth),
         _distances(base, truth),
+        _shifts(at_points),
+        noise,
         _share_inside(base, normals, truth, values, widths),
     )
 
@@ -244,6 +251,14 @@ def _share_inside(
     errors = np.mean([displacements(base, normals, line) for line in truth], axis=0) - values
     known = np.isfinite(errors)
     return float(np.mean(np.abs(errors[known]) <= half_widths[known])) if known.any() else None
+
+
+def _shifts(at_points: Sequence[tuple[float, Sequence[np.ndarray]]]) -> tuple[Group, ...]:
+    """Return the displacements of each run in the mean over the points, by S."""
+    towards = np.sign(np.mean(at_points[-1][1], axis=0))
+    return tuple(
+        Group(S, tuple(float(np.mean(towards * seed)) for seed in seeds)) for S, seeds in at_points
+    )
 
 
 def _distances(line: np.ndarray, others: Sequence[np.ndarray]) -> tuple[float, float] | None:

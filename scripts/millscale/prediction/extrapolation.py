@@ -162,13 +162,13 @@ def extrapolate(
     """Extrapolate an observable to S = 1.
 
     Args:
-        groups: two or more values of S; S = 1 may be one of them.
+        groups: two or more values of S; S = 1 may be one of them, or the only one.
         noise: of one run; from the scatter within the groups if not given.
         level: probability of the interval, between 0 and 1.
         prior: of the exponent.
 
     Raises:
-        ExtrapolationError: fewer than two values of S, values of S too close together, noise
+        ExtrapolationError: one scaled value of S alone, values of S too close together, noise
             unknown.
     """
     groups = sorted(groups, key=lambda group: group.S)
@@ -254,7 +254,7 @@ def check_norm(ratios: Iterable[float], norm: float) -> None:
 
 
 def _check(groups: Sequence[Group]) -> None:
-    if len(groups) < 2:
+    if len(groups) < 2 and not (groups and abs(groups[0].S - 1.0) < SAME_S):
         found = f"S = {groups[0].S:.4g} alone" if groups else "no scaled mill"
         raise ExtrapolationError(f"{found}: an extrapolation needs two values of S or more")
     for group, following in itertools.pairwise(groups):
@@ -275,6 +275,8 @@ def weights(S: np.ndarray, runs: np.ndarray, p: float) -> np.ndarray:
     Args:
         S, runs: (groups,) float, and the number of runs of each.
     """
+    if len(S) == 1:
+        return np.ones(1)
     design = _design(S, p)
     normal = design.T @ (runs[:, None] * design)
     return np.linalg.solve(normal, design.T * runs)[0]
@@ -282,15 +284,17 @@ def weights(S: np.ndarray, runs: np.ndarray, p: float) -> np.ndarray:
 
 def _misfit(S: np.ndarray, runs: np.ndarray, means: np.ndarray, p: float) -> float:
     """Sum of the squared residuals of the group means, each times the number of its runs."""
+    if len(S) <= 2:
+        return 0.0
     root = np.sqrt(runs)
     design = root[:, None] * _design(S, p)
     left = root * means - design @ np.linalg.lstsq(design, root * means, rcond=None)[0]
-    return float(left @ left) if len(S) > 2 else 0.0
+    return float(left @ left)
 
 
 def _shares(misfits: np.ndarray, noise: Noise, freedom: int) -> np.ndarray:
     """Probability of each p: the likelihood of its residuals; equal where two groups have none."""
-    if freedom == 0 or noise.deviation == 0.0:
+    if freedom <= 0 or noise.deviation == 0.0:
         return np.full(len(misfits), 1.0 / len(misfits))
     over = (misfits - misfits.min()) / noise.deviation**2
     if math.isinf(noise.freedom):
@@ -304,7 +308,7 @@ def _shares(misfits: np.ndarray, noise: Noise, freedom: int) -> np.ndarray:
 def _residual_probability(misfit: float, noise: Noise, freedom: int) -> float | None:
     # The fitted p takes a degree of freedom as well.
     left = freedom - 1 if freedom > 1 else freedom
-    if freedom == 0 or noise.deviation == 0.0:
+    if freedom <= 0 or noise.deviation == 0.0:
         return None
     ratio = misfit / noise.deviation**2 / left
     spread = noise.freedom if math.isfinite(noise.freedom) else 1e9

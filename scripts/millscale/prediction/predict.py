@@ -112,7 +112,7 @@ def predict_charges(
     """Predict the physical mill from charges of one physical mill that are measured.
 
     Args:
-        used: of two values of S or more, of one scheme and policy.
+        used: of one scheme and policy, and two values of S or more, or of S = 1 alone.
         left_out: charges of S = 1 to compare with.
         values: of each charge, by the name of the quantity (`measured.measure`).
         excluded: charges that are not used, and why, by id.
@@ -127,7 +127,7 @@ def predict_charges(
     impacts = Scales(mill.energy_scale / mill.balls, mill.balls * mill.omega / math.tau)
     spectra, spectra_refused = _or_reason(predict_spectra, used, left_out, level, impacts)
     # At S = 1 all schemes and policies are the same mill.
-    scaled = next(charge for charge in used if not charge.case.is_physical)
+    scaled = next((charge for charge in used if not charge.case.is_physical), used[0])
     return Prediction(
         mill=mill,
         scheme=scaled.scheme,
@@ -161,7 +161,7 @@ def _predicted(
     number = PredictedNumber(observable, scale, None, None, "", measured, "")
     if observable.refuse and (reason := observable.refuse(charges)):
         return replace(number, refused=reason)
-    if len(groups) < 2:
+    if len(groups) < 2 and not all(charge.case.is_physical for charge in charges):
         return replace(number, refused="measured at fewer than two values of S")
     noise, noise_from = noise_of(observable.measured_as, groups, charges)
     if noise is None:

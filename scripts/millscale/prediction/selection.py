@@ -238,11 +238,11 @@ def _unused(excluded: Mapping[str, str]) -> str:
 
 def warnings_of(charges: Sequence[Charge]) -> Iterable[str]:
     """Yield what may mislead about the charges of a prediction."""
-    diameters = {charge.id: _slice_diameters(charge.case) for charge in charges}
-    sliced = {name: d for name, d in diameters.items() if d is not None}
+    diameters = [_slice_diameters(charge.case) for charge in charges]
+    sliced = [d for d in diameters if d is not None]
     if sliced and len(sliced) < len(charges):
         yield "some runs are slices, others have the mill's whole length"
-    short = min(sliced.values(), default=4.0)
+    short = min(sliced, default=4.0)
     if short < 4.0 * (1.0 - SAME_FILLING):
         yield (
             f"a slice is {short:.2g} ball diameters long: below four the ends act on the charge "
