@@ -50,7 +50,7 @@ def advise(
     ],
     observable: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Such as power or toe_angle_rad; repeatable."),
+        typer.Option(metavar="NAMES", help="Such as power,contour,toe; repeatable."),
     ] = None,
     budget: Annotated[
         str | None, typer.Option(metavar="TIME", help="Most time on one core, such as 10min.")
@@ -66,11 +66,12 @@ def advise(
 ) -> None:
     """Plan the cheapest runs that give the physical mill within an error.
 
-    Compares one scaled mill, two scaled mills extrapolated, and a slice of the physical mill, by
-    predicted time and expected interval. Errors of angles are shares of a radian: 2% is 1.1
-    degrees. The errors are those of the paper's mill unless `--from` names runs of yours.
+    Compares two scaled mills extrapolated, a slice of the physical mill and one scaled mill alone,
+    by predicted time and expected interval. Errors of angles are shares of a radian: 2% is 1.1
+    degrees; those of the contour are shares of R - a. The errors are those of mills that were
+    run before, unless `--from` names runs of yours.
 
-    Example: `millscale advise campaigns/slices.toml --error 2% --observable power --to plan.toml`
+    Example: `millscale advise campaigns/slices.toml --error 2% --observable power,contour`
     """
     from millscale.engine.record import provenance
     from millscale.prediction import error_model
@@ -80,7 +81,7 @@ def advise(
     from millscale.runs.writing import write_text
 
     errors = (
-        error_model.learn(predict(learn_from), provenance())
+        (error_model.learn(predict(learn_from), provenance()),)
         if learn_from
         else error_model.built_in()
     )

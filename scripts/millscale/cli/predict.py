@@ -34,7 +34,9 @@ def predict(
     ] = None,
     errors_to: Annotated[
         Path | None,
-        typer.Option("--errors", metavar="JSON", help="Also write the errors of the scaled mills."),
+        typer.Option(
+            "--errors", metavar="JSON", help="Also add the errors of the scaled mills to this file."
+        ),
     ] = None,
     field_to: Annotated[
         Path | None,
@@ -52,7 +54,7 @@ def predict(
     `millscale predict runs/slices --check --to prediction.json`
     """
     from millscale.engine.record import provenance
-    from millscale.prediction.error_model import learn
+    from millscale.prediction.error_model import learn, write_model
     from millscale.prediction.predict import predict as predict_mill
     from millscale.prediction.table import (
         checks_table,
@@ -70,7 +72,7 @@ def predict(
             raise PredictionError(f"--field {field_to}: {prediction.field_refused}")
         write_text(field_to, prediction.field.csv())
     if errors_to:
-        write_json(errors_to, learn(prediction, provenance()).document())
+        write_model(errors_to, learn(prediction, provenance()))
     if as_json:
         typer.echo(json.dumps(content, indent=1))
         return

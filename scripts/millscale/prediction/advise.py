@@ -1,48 +1,54 @@
 """Which scaled mills to run for a wanted error of the physical mill, and what they cost.
 
-Designs are compared by the cost model of `cases.cost` and the errors of `error_model`: one scaled
-mill alone, two scaled mills extrapolated, and the physical mill itself as a slice.
+Designs are compared by the cost model of `cases.cost` and the errors of `error_model`: two scaled
+mills extrapolated, the physical mill itself as a slice, and, for comparison, one scaled mill alone.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from scipy.special import stdtrit
 
-from millscale.campaign.build import campaign_of
-from millscale.campaign.keys import FRICTION_MATCHED
-from millscale.campaign.reader import parse_toml
-from millscale.campaign.writer import Tree, toml_text
-from millscale.cases.case import cases_of
-from millscale.cases.cost import wall_time
-from millscale.errors import CampaignError, PredictionError, nearest
+from millscale.errors import PredictionError, nearest
 from millscale.prediction.error_model import (
+    CONTOUR,
     ErrorModel,
     ObservableError,
     expected_half_width,
+    nearest_model,
     planned_noise,
 )
 from millscale.prediction.extrapolation import ExtrapolationError
 from millscale.prediction.observables import OBSERVABLES
-from millscale.runs.case_file import Case
+from millscale.prediction.planned import (
+    SLICE_DIAMETERS,
+    SPIN_UP_RAD,
+    PlannedMills,
+    PlannedRun,
+    RunSize,
+)
 
-# Shorter slices are in error by their ends, longer ones cost more (docs/results/slice-length.json).
-SLICE_DIAMETERS = 4.0
-# Steady from about 7 rad on in the mills that were tried; the rest is for the means [rad].
-ROTATION_RAD = 12.0
 # Up to the largest S whose extrapolation was compared with S = 1.
 RATIOS = tuple(round(1.1 + 0.1 * i, 1) for i in range(21))
+# Smaller mills, in balls, do not follow the law of the error: they hold too few of them.
+LARGEST_BALL_OVER_MILL = 1.0 / 25.0
 # Values of S nearer together than this only add noise.
 LEAST_SPREAD = 1.3
-SEEDS = (1, 2, 3)
+MOST_SEEDS = 4
+# Lengths of slices and rotations that are compared, over the shortest.
+LONGER = (1.0, 2.0, 4.0)
+# Half width of an interval that is good for nothing, but is one.
+_ANY = 1e9
 # Observables that a plan is for if none is named.
 USUAL = ("power", "toe_angle_rad", "solid_fraction")
+# Endings of names that may be left out.
+ENDINGS = ("_angle_rad",)
 
 
 @dataclass(frozen=True)
@@ -52,10 +58,12 @@ class Design:
     Attributes:
         mills: (S, seeds) of each.
         cost_s: of all runs on one core [s].
-        half_widths: expected relative half width of the interval, or error, by observable.
+        half_widths: expected relative half width of the interval, by observable; of one scaled
+            mill its error as well.
     """
 
     mills: tuple[tuple[float, int], ...]
+    size: RunSize
     cost_s: float
     half_widths: Mapping[str, float]
 
@@ -67,7 +75,13 @@ class Design:
     def name(self) -> str:
         if self.mills[0][0] == 1.0:
             return "slice of the physical mill"
-        return "one scaled mill" if len(self.mills) == 1 else "two scaled mills, extrapolated"
+        return "two scaled mills, extrapolated" if self.has_interval else "one scaled mill"
+
+    @property
+    def has_interval(self) -> bool:
+        """Return whether the runs themselves give an interval: the error of one scaled mill is
+        only known from another physical mill."""
+        return len(self.mills) > 1 or self.mills[0][0] == 1.0
 
     @property
     def runs(self) -> str:
@@ -84,6 +98,8 @@ class Advice:
         error: wanted, relative; angles as a share of a radian.
         met: whether the chosen design reaches it within the budget.
         cheapest: the cheapest design of each kind that reaches the error, or the most accurate.
+        reasons: choices and why, (choice, reason) each.
+        origin: of the expected errors.
     """
 
     chosen: Design
@@ -92,13 +108,14 @@ class Advice:
     budget_s: float | None
     met: bool
     text: str
+    reasons: tuple[tuple[str, str], ...]
     origin: Mapping[str, Any]
 
 
 def advise(
     path: Path,
     error: float,
-    errors: ErrorModel,
+    models: Sequence[ErrorModel],
     observables: Sequence[str] = (),
     budget_s: float | None = None,
     level: float = 0.95,
@@ -108,29 +125,137 @@ def advise(
     Args:
         path: a campaign file with the physical mill and a [multi_ball] part.
         error: relative half width of the interval wanted.
-        observables: names of `observables.OBSERVABLES`; `USUAL` by default.
+        models: errors of the mills that are known.
+        observables: as for `names_of`.
         budget_s: most time on one core [s].
 
     Raises:
         CampaignError: the campaign is not accepted.
         PredictionError: an observable is not known, or no scaled mill can be run.
     """
-    base = parse_toml(path)
-    scenes = _Scenes(path, base)
-    own = errors.of_mill(scenes.ball_over_mill)
-    wanted = _wanted(own, observables)
-    designs = list(_designs(scenes, wanted, level))
-    if not designs:
-        raise PredictionError(f"{path}: no scaled mill between S = 1 and {RATIOS[-1]:g} can be run")
-    affordable = [x for x in designs if budget_s is None or x.cost_s <= budget_s]
-    chosen, met = _choice(affordable or [min(designs, key=lambda x: x.cost_s)], error)
+    mills = PlannedMills(path)
+    own = nearest_model(models, mills.ball_over_mill, mills.case.scheme, mills.case.policy)
+    return advise_mills(mills, own, names_of(observables, own), error, budget_s, level)
+
+
+def advise_mills(
+    mills: PlannedMills,
+    model: ErrorModel,
+    names: Sequence[str],
+    error: float,
+    budget_s: float | None = None,
+    level: float = 0.95,
+) -> Advice:
+    """Return `advise` for the mills of a campaign file.
+
+    Args:
+        model: errors of this mill.
+        names: of `names_of`.
+
+    Raises:
+        PredictionError: no scaled mill can be run.
+    """
+    known = {row.name: row for row in model.observables}
+    search = _Search(mills, model, [known[name] for name in names], level)
+    best = [found for kind in search.kinds if (found := search.best(kind, error))]
+    if not best:
+        raise PredictionError(
+            f"{mills.path}: no scaled mill between S = 1 and {RATIOS[-1]:g} can be run"
+        )
+    affordable = [
+        found
+        for kind in search.kinds
+        if (found := search.best(kind, error, budget_s)) and found.has_interval
+    ]
+    # Where the budget is too small for any interval: the cheapest runs that give one.
+    anything = [found for kind in search.kinds if (found := search.best(kind, _ANY))]
+    least = min(anything, key=lambda x: (not x.has_interval, x.cost_s))
+    chosen, met = _choice(affordable or [least], error)
     met = met and bool(affordable)
-    kinds: dict[str, list[Design]] = {}
-    for design in designs:
-        kinds.setdefault(design.name, []).append(design)
-    best = tuple(_choice(found, error)[0] for found in kinds.values())
     return Advice(
-        chosen, best, error, budget_s, met, scenes.campaign_text(chosen), dict(errors.origin)
+        chosen=chosen,
+        cheapest=tuple(best),
+        error=error,
+        budget_s=budget_s,
+        met=met,
+        text=mills.campaign_text(
+            [(S, range(1, seeds + 1)) for S, seeds in chosen.mills],
+            chosen.size,
+            "advised",
+            "planned by millscale advise",
+        ),
+        reasons=tuple(reasons_of(mills, chosen, met)),
+        origin=dict(model.origin),
+    )
+
+
+def names_of(texts: Iterable[str], model: ErrorModel) -> list[str]:
+    """Return names of observables whose errors are known.
+
+    Args:
+        texts: names, separated by commas; `_angle_rad` may be left out; empty for `USUAL`.
+
+    Raises:
+        PredictionError: a name is not known.
+    """
+    known = [row.name for row in model.observables]
+    short = {name.removesuffix(ending): name for name in known for ending in ENDINGS}
+    wanted = [name.strip() for text in texts for name in text.split(",")]
+    for name in wanted:
+        if name not in short and name not in known:
+            near = nearest(name, [*short, *known])
+            hint = f', nearest is "{near}"' if near else ""
+            raise PredictionError(
+                f'--observable: got "{name}"{hint}; accepted: {", ".join(short)} '
+                f"(of {', '.join(row.name for row in OBSERVABLES)} and {CONTOUR}, "
+                "those whose errors are known)"
+            )
+    found = [short.get(name, name) for name in wanted] or [x for x in USUAL if x in known]
+    return list(dict.fromkeys(found))
+
+
+def ratios_of(mills: PlannedMills) -> list[float]:
+    """Return the values of S above 1 that a plan may use."""
+    return [S for S in RATIOS if S * mills.ball_over_mill <= LARGEST_BALL_OVER_MILL]
+
+
+def reasons_of(mills: PlannedMills, design: Design, met: bool) -> Iterator[tuple[str, str]]:
+    """Yield the choices of a design and why each was made."""
+    worst = max(design.half_widths, key=design.half_widths.__getitem__)
+    size, time = design.size, mills.case.time
+    if design.name == "slice of the physical mill":
+        yield "S = 1", "a slice of the physical mill itself costs less than scaled mills as good"
+    else:
+        near, far = design.mills[0][0], design.mills[-1][0]
+        which = "cheapest pair within the error" if met else "most accurate pair"
+        yield (
+            f"S = {near:g} and {far:g}",
+            f"the {which}; {worst}, {100 * design.worst:.2g} %, decides; the nearer mill is for "
+            "the value, the farther one for the slope",
+        )
+    seeds = max(count for _, count in design.mills)
+    yield (
+        f"{seeds} seed{'s' if seeds > 1 else ''}",
+        "the noise of a run is small beside the unknown exponent"
+        if seeds == 1
+        else "fewer leave the noise of a run too large or unknown",
+    )
+    yield (
+        f"slice of {size.diameters:g} ball diameters",
+        "shorter ones are in error by their ends"
+        + ("" if size.diameters == SLICE_DIAMETERS else "; with more balls the noise is smaller"),
+    )
+    yield (
+        f"rotation of {size.rotation_rad:g} rad",
+        f"the charge is steady from about {SPIN_UP_RAD:g} rad on; the rest is for the means",
+    )
+    step = f"time step of {mills.step_s:.3g} s"
+    yield step, "given in the campaign" if mills.is_step_given else time.step_choice
+    yield (
+        f"precision {mills.case.deck.precision}",
+        "single precision where no error adds up; faster"
+        if mills.is_precision_chosen
+        else "given in the campaign",
     )
 
 
@@ -142,112 +267,108 @@ def _choice(designs: Sequence[Design], error: float) -> tuple[Design, bool]:
     return min(designs, key=lambda design: (design.worst, design.cost_s)), False
 
 
-def _wanted(errors: ErrorModel, names: Sequence[str]) -> list[ObservableError]:
-    known = {row.name: row for row in errors.observables}
-    for name in names:
-        if name not in known:
-            near = nearest(name, known)
-            hint = f", nearest is {near}" if near else ""
-            raise PredictionError(
-                f"observable {name}{hint}; accepted: {', '.join(known)} "
-                f"(of {', '.join(row.name for row in OBSERVABLES)}, those whose errors are known)"
-            )
-    return [known[name] for name in names or [x for x in USUAL if x in known]]
+@dataclass(frozen=True)
+class _Option:
+    """Runs of a design whose half widths are not yet known."""
+
+    mills: tuple[tuple[float, int], ...]
+    size: RunSize
+    runs: tuple[PlannedRun, ...]
+
+    @property
+    def cost_s(self) -> float:
+        return math.fsum(run.cost_s for run in self.runs)
 
 
-def _designs(scenes: _Scenes, wanted: Sequence[ObservableError], level: float) -> Iterator[Design]:
-    costs = {S: cost for S in (1.0, *RATIOS) if (cost := scenes.cost(S)) is not None}
-    if 1.0 in costs:
-        yield from _alone(1.0, costs[1.0], wanted, level)
-    for S in RATIOS:
-        if S in costs:
-            yield from _alone(S, costs[S], wanted, level)
-    for near, far in itertools.combinations(sorted(S for S in costs if S > 1.0), 2):
-        if far < LEAST_SPREAD * near:
-            continue
-        # The campaign file gives the smaller S, which costs more, the first seed alone.
-        for seeds in SEEDS:
-            mills = ((near, 1), (far, seeds))
+class _Search:
+    """All designs of a campaign's mills, evaluated as far as a question needs."""
+
+    def __init__(
+        self,
+        mills: PlannedMills,
+        model: ErrorModel,
+        wanted: Sequence[ObservableError],
+        level: float,
+    ) -> None:
+        self._mills, self._model, self._level = mills, model, level
+        self._order, self._wanted = tuple(wanted), list(wanted)
+        self._known: dict[tuple[str, _Option], float] = {}
+        shortest = mills.least_rotation_rad
+        self._sizes = [
+            RunSize(SLICE_DIAMETERS * longer, shortest + (more - 1.0) * RunSize().window_rad)
+            for longer in LONGER
+            for more in LONGER
+        ]
+        ratios = [S for S in (1.0, *ratios_of(mills)) if mills.run(S, RunSize()) is not None]
+        counts = range(1, MOST_SEEDS + 1)
+        pairs = [
+            ((near, 1), (far, count))
+            for near, far in itertools.combinations(ratios, 2)
+            if far >= LEAST_SPREAD * near
+            for count in counts
+        ]
+        alone = [((S, count),) for S in ratios for count in counts]
+        # Of each kind of design the options, cheapest first.
+        self.kinds = [
+            self._options(x for x in pairs if x[0][0] > 1.0),
+            # A scaled mill beside S = 1 shows the noise of a run.
+            self._options(x for x in [*alone, *pairs] if x[0][0] == 1.0),
+            self._options(x for x in alone if x[0][0] > 1.0),
+        ]
+
+    def _options(self, all_mills: Iterable[tuple[tuple[float, int], ...]]) -> list[_Option]:
+        found = []
+        for mills, size in itertools.product(all_mills, self._sizes):
+            runs = [self._mills.run(S, size) for S, n in mills for _ in range(n)]
+            known = tuple(run for run in runs if run is not None)
+            if len(known) == len(runs):
+                found.append(_Option(mills, size, known))
+        return sorted(found, key=lambda option: option.cost_s)
+
+    def best(
+        self, options: Sequence[_Option], error: float, budget_s: float | None = None
+    ) -> Design | None:
+        """Return the cheapest design within an error and a budget; if there is none, the most
+        accurate one within the budget; None if nothing is."""
+        within = [x for x in options if budget_s is None or x.cost_s <= budget_s]
+        # Half widths grow with the noise: if the dearest option of the same S is not within the
+        # error, no cheaper one is.
+        dearest = {tuple(S for S, _ in option.mills): option for option in within}
+        hopeful = {ratios for ratios, option in dearest.items() if self._reaches(option, error)}
+        for option in within:
+            if tuple(S for S, _ in option.mills) in hopeful and self._reaches(option, error):
+                return self._design(option)
+        designs = map(self._design, dearest.values())
+        known = [design for design in designs if math.isfinite(design.worst)]
+        return min(known, key=lambda design: (design.worst, design.cost_s), default=None)
+
+    def _reaches(self, option: _Option, error: float) -> bool:
+        for wanted in self._wanted:
+            if self._half_width(wanted, option) > error:
+                # Likely to fail for the next option as well.
+                self._wanted.remove(wanted)
+                self._wanted.insert(0, wanted)
+                return False
+        return True
+
+    def _design(self, option: _Option) -> Design:
+        widths = {x.name: self._half_width(x, option) for x in self._order}
+        return Design(option.mills, option.size, option.cost_s, widths)
+
+    def _half_width(self, error: ObservableError, option: _Option) -> float:
+        """Return the expected half width; infinity if the runs allow no interval."""
+        key = error.name, option
+        if key not in self._known:
             try:
-                widths = {x.name: expected_half_width(x, mills, level) for x in wanted}
+                self._known[key] = self._expected(error, option)
             except ExtrapolationError:
-                continue
-            yield Design(mills, costs[near] + seeds * costs[far], widths)
+                self._known[key] = math.inf
+        return self._known[key]
 
-
-def _alone(
-    S: float, cost: float, wanted: Sequence[ObservableError], level: float
-) -> Iterator[Design]:
-    """Yield the designs of one mill; a scaled one counts with its whole error."""
-    for seeds in SEEDS:
-        mills = ((S, seeds),)
-        widths = {}
-        for error in wanted:
-            try:
-                noise = planned_noise(error, mills)
-            except ExtrapolationError:
-                break
-            factor = float(stdtrit(noise.freedom, 0.5 * (1.0 + level)))
-            widths[error.name] = abs(error.bias(S)) + factor * noise.deviation / math.sqrt(seeds)
-        else:
-            yield Design(mills, seeds * cost, widths)
-
-
-class _Scenes:
-    """The campaign of a file at other values of S: slices of equal filling."""
-
-    def __init__(self, path: Path, base: Tree) -> None:
-        self._path = path
-        if "multi_ball" not in base:
-            raise CampaignError(path, "multi_ball", "missing", "a charge, [multi_ball]")
-        first = _charges(path, {name: c for name, c in base.items() if name != "single_ball"})[0]
-        self._base, self._first = base, first
-        self.ball_over_mill = first.physical.ball_radius_m / first.physical.radius_m
-        # N S^3 in the whole length of each mill is the same where all are filled alike.
-        whole = first.ball.count * first.mill.length_m / first.mill.simulated_length_m
-        self._balls_at_1 = whole * first.S**3
-
-    def cost(self, S: float) -> float | None:
-        """Return the time of one run on one core [s]; None if such a mill cannot be run."""
-        try:
-            (case,) = _charges(self._path, self._tree(((S, 1),)))
-        except CampaignError:
-            return None
-        return wall_time(case, 1)
-
-    def campaign_text(self, design: Design) -> str:
-        """Return the campaign file of a design."""
-        return toml_text(self._tree(design.mills))
-
-    def _tree(self, mills: Sequence[tuple[float, int]]) -> Tree:
-        tree = {name: dict(content) for name, content in self._base.items()}
-        tree.pop("single_ball", None)
-        tree["campaign"] = {
-            "name": "advised",
-            "about": "planned by millscale advise",
-        }
-        part, scaling = tree["multi_ball"], tree.setdefault("scaling", {})
-        dropped = ("S", "scaled_radius_m", "slice_length_m", "schemes", "policies")
-        for section in (part, scaling):
-            for key in dropped:
-                section.pop(key, None)
-        scaling["S"] = [S for S, _ in mills]
-        scaling["schemes"] = [self._first.scheme]
-        scaling["policies"] = [self._first.policy]
-        if self._first.policy != FRICTION_MATCHED:
-            scaling.pop("friction_exponent", None)
-        if "filling" not in part:
-            part["count"] = [max(1, round(self._balls_at_1 / S**3)) for S, _ in mills]
-        part["slice_diameters"] = SLICE_DIAMETERS
-        for key in ("revolutions", "rotation_s"):
-            part.pop(key, None)
-        part["rotation_angle_rad"] = max(ROTATION_RAD, self._first.time.rotation_angle_rad)
-        part["seeds"] = list(range(1, max(seeds for _, seeds in mills) + 1))
-        part.pop("seeds_from_S", None)
-        if len(part["seeds"]) > 1:
-            part["seeds_from_S"] = mills[-1][0]
-        return tree
-
-
-def _charges(path: Path, tree: Tree) -> list[Case]:
-    return [case for case in cases_of(campaign_of(path, tree)) if case.kind == "multi-ball"]
+    def _expected(self, error: ObservableError, option: _Option) -> float:
+        if len(option.mills) > 1:
+            return expected_half_width(error, self._model, option.runs, self._level)
+        noise = planned_noise(error, self._model, option.runs)
+        factor = float(stdtrit(noise.freedom, 0.5 * (1.0 + self._level)))
+        bias = abs(error.bias(option.mills[0][0]))
+        return bias + factor * noise.deviation / math.sqrt(len(option.runs))
