@@ -40,6 +40,7 @@ from millscale.cli.options import (
     console_of,
 )
 from millscale.cli.predict import predict
+from millscale.cli.solve import solve
 from millscale.cli.study import study
 from millscale.cli.validate import validate
 from millscale.engine.ending_signals import INTERRUPTED
@@ -68,6 +69,7 @@ combination is a case with its own folder. Units are SI unless a name states ano
 * `millscale report runs/quick` writes report/index.html
 * `millscale study campaigns/study-S2.6.toml --plan` shows the cost of a parameter study
 * `millscale predict runs/slices` predicts the physical mill from its scaled mills
+* `millscale solve campaigns/slices.toml --error 2% --runs runs/solve` plans, runs and predicts
 
 Exit codes: 0 done; 1 a case failed, or `verify` found a difference; 2 wrong input or a full disk;
 130 interrupted. Repeat an interrupted command to resume. `millscale status` shows why a case
@@ -288,6 +290,7 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
 app.command()(study)
 app.command()(advise)
 app.command()(predict)
+app.command()(solve)
 app.command()(calibrate)
 app.add_typer(bench, name="bench")
 app.add_typer(analyse, name="analyse")
