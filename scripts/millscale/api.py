@@ -64,7 +64,7 @@ def advise(
         PredictionError: an observable is not known, or no scaled mill can be run.
     """
     learnt = _paths(learn_from)
-    errors = error_model.learn(_predict(learnt), {}) if learnt else error_model.built_in()
+    errors = (error_model.learn(_predict(learnt), {}),) if learnt else error_model.built_in()
     return _advise(Path(file), error, errors, observables, budget_s)
 
 

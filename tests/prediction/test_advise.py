@@ -14,7 +14,7 @@ from millscale.cases.cost import wall_time
 from millscale.cli.advise import seconds_of, share_of
 from millscale.cli.main import app
 from millscale.errors import CampaignError, PredictionError
-from millscale.prediction.advise import LEAST_SPREAD, RATIOS, advise, names_of, ratios_of
+from millscale.prediction.advise import LEAST_SPREAD, RATIOS, advise, names_of
 from millscale.prediction.error_model import (
     ErrorModel,
     ObservableError,
@@ -190,14 +190,15 @@ def test_mixed_precision_is_chosen_where_the_campaign_states_none(tmp_path):
     assert not PlannedMills(SLICES).is_precision_chosen
 
 
-def test_small_mills_are_not_scaled_down_to_few_balls(tmp_path):
+def test_mills_beyond_the_range_of_the_law_are_not_planned(tmp_path):
+    """3.9 m over 0.08 m is 48.75, which must be 30 at least."""
     file = tmp_path / "campaign.toml"
     text = SLICES.read_text().replace("radius_m = 0.020", "radius_m = 0.080")
     text = text.replace("length_m = 1.0", "length_m = 4.0")
     file.write_text(text.replace("count = [231461, 47446, 13169]", "filling = 0.3"))
     mills = PlannedMills(file)
-    assert ratios_of(mills)[-1] == 1.9  # 3.9 m / 0.08 m / 1.9 = 25.7
-    assert ratios_of(PlannedMills(SLICES))[-1] == RATIOS[-1]
+    assert mills.run(1.6, RunSize()) is not None
+    assert mills.run(1.7, RunSize()) is None
 
 
 def test_larger_balls_make_larger_errors():

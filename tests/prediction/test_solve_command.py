@@ -27,8 +27,9 @@ def millscale(*words, **environment):
 
 
 @pytest.fixture
-def folder(tmp_path):
-    """A folder whose first round is done."""
+def folder(tmp_path, monkeypatch):
+    """A folder whose first round is done. An engine that were run would fail."""
+    monkeypatch.setenv("MILLSCALE_ENGINE", "/bin/false")
     runs = tmp_path / "solve"
     write_mills(runs / "round-1", *(charge_case(S, seed) for S, seed in FIRST.runs))
     write_rounds(runs, SLICES, PlannedMills(SLICES).digest, ASK, [FIRST])
@@ -139,12 +140,13 @@ def test_a_damaged_record_is_one_line(folder):
         (("--error", "none"), '--error: got "none", accepted are 0.01% to 50%'),
         (("--error", "3%", "--budget", "10"), '--budget: got "10", accepted are'),
         (("--error", "3%", "--observable", "powr"), 'got "powr", nearest is "power"'),
-        (("--error", "3%", "--observable", "shoulder"), 'observable: got "shoulder"'),
+        (("--error", "3%", "--observable", "impacts"), 'observable: got "impacts"'),
         (("--error", "3%", "--jobs", "0"), "--jobs"),
     ],
 )
 def test_wrong_options_are_one_line_and_make_no_folder(tmp_path, words, message):
-    code, _, errors = millscale("solve", SLICES, "--runs", tmp_path / "new", *words)
+    line = ("solve", SLICES, "--runs", tmp_path / "new", *words)
+    code, _, errors = millscale(*line, MILLSCALE_ENGINE="/bin/false")
     assert code == 2, errors
     assert message in errors and len(errors.splitlines()) == 1
     assert not (tmp_path / "new").exists()

@@ -36,8 +36,6 @@ from millscale.prediction.planned import (
 
 # Up to the largest S whose extrapolation was compared with S = 1.
 RATIOS = tuple(round(1.1 + 0.1 * i, 1) for i in range(21))
-# Smaller mills, in balls, do not follow the law of the error: they hold too few of them.
-LARGEST_BALL_OVER_MILL = 1.0 / 25.0
 # Values of S nearer together than this only add noise.
 LEAST_SPREAD = 1.3
 MOST_SEEDS = 4
@@ -214,11 +212,6 @@ def names_of(texts: Iterable[str], model: ErrorModel) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def ratios_of(mills: PlannedMills) -> list[float]:
-    """Return the values of S above 1 that a plan may use."""
-    return [S for S in RATIOS if S * mills.ball_over_mill <= LARGEST_BALL_OVER_MILL]
-
-
 def reasons_of(mills: PlannedMills, design: Design, met: bool) -> Iterator[tuple[str, str]]:
     """Yield the choices of a design and why each was made."""
     worst = max(design.half_widths, key=design.half_widths.__getitem__)
@@ -299,7 +292,7 @@ class _Search:
             for longer in LONGER
             for more in LONGER
         ]
-        ratios = [S for S in (1.0, *ratios_of(mills)) if mills.run(S, RunSize()) is not None]
+        ratios = [S for S in (1.0, *RATIOS) if mills.run(S, RunSize()) is not None]
         counts = range(1, MOST_SEEDS + 1)
         pairs = [
             ((near, 1), (far, count))

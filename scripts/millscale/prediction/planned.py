@@ -16,6 +16,7 @@ from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.cases.cost import BUILT_IN, Rates, run_time
 from millscale.errors import CampaignError
+from millscale.prediction.range_of_law import outside_range
 from millscale.runs.case_file import Case
 from millscale.runs.digests import json_digest
 
@@ -94,7 +95,8 @@ class PlannedMills:
         self._set_step()
 
     def run(self, S: float, size: RunSize) -> PlannedRun | None:
-        """Return a run of a scaled mill; None if there is no such mill, or no such slice of it."""
+        """Return a run of a scaled mill; None if there is no such mill or slice of it, or if it is
+        beyond the range of the law."""
         case = self._case(S, size.diameters)
         if case is None:
             return None
@@ -153,12 +155,13 @@ class PlannedMills:
     def _case(self, S: float, diameters: float) -> Case | None:
         key = S, diameters
         if key not in self._cases:
+            tree = self._tree([S], RunSize(diameters, self.least_rotation_rad))
             try:
-                (self._cases[key],) = _charges(
-                    self.path, self._tree([S], RunSize(diameters, self.least_rotation_rad))
-                )
+                (case,) = _charges(self.path, tree)
             except CampaignError:
                 self._cases[key] = None
+            else:
+                self._cases[key] = None if outside_range(case) else case
         return self._cases[key]
 
     def _tree(self, ratios: Sequence[float], size: RunSize) -> Tree:

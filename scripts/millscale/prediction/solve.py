@@ -22,7 +22,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from millscale.formats import duration
-from millscale.prediction.advise import LEAST_SPREAD, Design
+from millscale.prediction.advise import LEAST_SPREAD, RATIOS, Design
 from millscale.prediction.error_model import EXPONENT, ErrorModel, planned_freedom, prior_of
 from millscale.prediction.extrapolation import (
     SAME_S,
@@ -151,9 +151,6 @@ NOTHING = Look({}, frozenset(), {}, 0.0)
 
 class Runner(Protocol):
     """Makes runs and looks at what they gave."""
-
-    def ratios(self) -> Sequence[float]:
-        """Return the values of S above 1 that may be run."""
 
     def planned(self, S: float, size: RunSize) -> PlannedRun | None:
         """Return a run that could be made; None if it cannot."""
@@ -367,12 +364,12 @@ class _Candidates:
 
     def _ratios(self) -> list[float]:
         """Return the values of S that may be run: those that are there, others, and 1."""
-        there, known = sorted({S for S, _ in self._look.used}), self._solver.runner.ratios()
+        there = sorted({S for S, _ in self._look.used})
         if not there:
-            return [1.0, *known]
+            return [1.0, *RATIOS]
         # Two values of S too close together would only add noise.
         gap = LEAST_SPREAD if len(there) == 1 else 1.0 + SAME_S
-        new = [S for S in known if all(max(S, x) > gap * min(S, x) for x in there)]
+        new = [S for S in RATIOS if all(max(S, x) > gap * min(S, x) for x in there)]
         return sorted({1.0, *there, *new})
 
     def _step(self, ratios: tuple[float, ...]) -> _Step:

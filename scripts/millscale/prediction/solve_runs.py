@@ -15,7 +15,6 @@ from millscale.analysis.finished_campaign import load_campaign
 from millscale.cases.cost import learned
 from millscale.engine.machine import CoreWish, hardware
 from millscale.errors import EngineError
-from millscale.prediction.advise import ratios_of
 from millscale.prediction.error_model import CONTOUR, unit_of
 from millscale.prediction.extrapolation import Group, Noise
 from millscale.prediction.planned import PlannedMills, PlannedRun, RunSize
@@ -61,10 +60,6 @@ class SolveRuns:
     refused: str = ""
     _charges: dict[int, list[Charge]] = field(default_factory=dict)
     _numbers: dict[Charge, dict[str, float | None]] = field(default_factory=dict)
-
-    def ratios(self) -> Sequence[float]:
-        """Return the values of S above 1 that may be run."""
-        return ratios_of(self.mills)
 
     def planned(self, S: float, size: RunSize) -> PlannedRun | None:
         """Return a run that could be made, at the rates of the finished runs."""
