@@ -35,6 +35,37 @@ def test_runs_that_share_nothing_have_a_chance_spread_evenly():
     assert np.mean(chances) == pytest.approx(0.5 + 0.5 / 24.0, abs=0.04)
 
 
+def test_one_window_is_worth_its_seeds_and_equal_windows_no_more():
+    first, second = np.random.default_rng(7).normal(size=(2, 6, 1))
+    assert correlation(first, second).samples == pytest.approx(6.0)
+    repeated = correlation(np.tile(first, 5), np.tile(second, 5))
+    assert repeated.samples == pytest.approx(6.0)
+
+
+def test_independent_windows_are_worth_their_degrees_of_freedom():
+    generator = np.random.default_rng(8)
+    found = [correlation(*generator.normal(size=(2, 6, 8))).samples for _ in range(30)]
+    assert np.mean(found) == pytest.approx(1.0 + 8 * 5, rel=0.15)
+
+
+@pytest.mark.parametrize("truth", [0.0, 0.7])
+def test_the_interval_of_windows_covers_the_truth_in_95_of_100_draws(truth):
+    generator = np.random.default_rng(9)
+    inside = 0
+    for _ in range(200):
+        a, b = generator.normal(size=(2, 5, 6))
+        found = correlation(a, truth * a + math.sqrt(1.0 - truth**2) * b)
+        inside += found.low <= truth <= found.high
+    assert inside / 200 == pytest.approx(0.95, abs=0.04)
+
+
+def test_many_seeds_are_paired_at_random():
+    runs = np.random.default_rng(10).normal(size=(12, 1))
+    found = correlation(runs, runs)
+    assert found.chance < 1e-3
+    assert found.samples == pytest.approx(12.0, rel=0.1)
+
+
 def test_a_setting_that_does_not_vary_has_no_correlation():
     runs = np.random.default_rng(4).normal(size=(5, 2))
     found = correlation(runs, np.ones((5, 2)))

@@ -145,14 +145,27 @@ def test_the_command_writes_file_and_figure_and_prints_tables(study, tmp_path):
     assert file.with_suffix(".png").stat().st_size > 10_000
 
 
-def test_a_study_with_one_common_seed_is_refused(study, tmp_path):
+@pytest.mark.parametrize(
+    ("settings", "seeds", "counted"),
+    [
+        (2, 1, "2 settings with 1 common"),
+        (1, 5, "1 settings with 5 common"),
+        (0, 0, "0 settings with 0"),
+    ],
+)
+def test_fewer_than_two_settings_or_common_seeds_are_refused(
+    study, tmp_path, settings, seeds, counted
+):
     about = json.loads((study / "study.json").read_text())
-    for setting in about["settings"]:
-        setting["cases"] = setting["cases"][:1]
+    for number, setting in enumerate(about["settings"]):
+        kept = seeds if number < settings else 0
+        setting["cases"] = setting["cases"][:kept]
+        for case in setting["cases"]:
+            case["folder"] = str(study / case["folder"])
     (tmp_path / "study.json").write_text(json.dumps(about))
     done = millscale("validate", "fidelity", tmp_path)
     assert done.returncode == 2
-    assert "0 seeds are finished in all of fine, coarse; two are needed" in done.stderr
+    assert counted in done.stderr
 
 
 def test_the_first_case_stands_for_the_step_of_a_setting(fidelities):

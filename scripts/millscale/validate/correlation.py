@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-# Of all pairings of the seeds, of which there are n!, at most this many are tried.
+# Of the n! pairings of the seeds all are tried up to this number, else as many at random.
 MOST_PAIRINGS = 5040
 NORMAL_95 = 1.959964
 
@@ -19,17 +20,17 @@ class Correlation:
 
     Attributes:
         value: Pearson's r; None if one of them does not vary.
-        low, high: of the 95 % interval by Fisher's transformation of `samples`; None below 4.
-        samples: independent pairs, those of one window for each seed.
+        low, high: 95 % interval by Fisher's transformation of `samples`; None without.
+        samples: independent pairs that scatter as the pairings of different seeds do.
         chance: share of the pairings of different seeds with an r at least as large; the same
             seeds are one of them.
     """
 
     value: float | None
-    low: float | None
-    high: float | None
-    samples: int
-    chance: float | None
+    low: float | None = None
+    high: float | None = None
+    samples: float | None = None
+    chance: float | None = None
 
 
 def pooled_correlation(first: np.ndarray, second: np.ndarray) -> float | None:
@@ -47,27 +48,35 @@ def pooled_correlation(first: np.ndarray, second: np.ndarray) -> float | None:
 def correlation(first: np.ndarray, second: np.ndarray) -> Correlation:
     """Return the correlation of (seeds, windows) float of two settings.
 
-    The windows of a seed count as one sample for the interval, which is therefore wide rather than
-    narrow. The chance needs no such choice: it pairs each seed of the first with another of the
-    second, with all windows at once.
+    Pairing each seed of the first with another of the second leaves chance alone. Its mean square
+    of r is 1 / (n - 1) for n independent pairs, which gives the number of pairs that correlated
+    windows are worth: n itself for one window.
     """
-    r, seeds = pooled_correlation(first, second), len(first)
+    r = pooled_correlation(first, second)
     if r is None:
-        return Correlation(None, None, None, seeds, None)
-    low, high = fisher_interval(r, seeds)
-    pairings = itertools.islice(itertools.permutations(range(seeds)), MOST_PAIRINGS)
-    others = [pooled_correlation(first, second[list(pairing)]) for pairing in pairings]
+        return Correlation(None)
+    others = np.array(
+        [pooled_correlation(first, second[list(pairing)]) for pairing in _pairings(len(first))]
+    )
+    samples = 1.0 + 1.0 / float(np.mean(others**2))
+    low, high = fisher_interval(r, samples)
     # 1e-12: the same seeds in the same order count, whatever the rounding.
-    chance = np.mean([other is not None and other >= r - 1e-12 for other in others])
-    return Correlation(r, low, high, seeds, float(chance))
+    return Correlation(r, low, high, samples, float(np.mean(others >= r - 1e-12)))
 
 
-def fisher_interval(r: float, samples: int) -> tuple[float | None, float | None]:
+def _pairings(seeds: int) -> Iterable[Sequence[int]]:
+    if math.factorial(seeds) <= MOST_PAIRINGS:
+        return itertools.permutations(range(seeds))
+    generator = np.random.default_rng(1)
+    return [generator.permutation(seeds).tolist() for _ in range(MOST_PAIRINGS)]
+
+
+def fisher_interval(r: float, samples: float) -> tuple[float | None, float | None]:
     """Return the 95 % interval of a correlation: tanh(artanh r -+ 1.96 / sqrt(n - 3)).
 
-    R. A. Fisher, Metron 1 (1921) 3. None for fewer than 4 samples.
+    R. A. Fisher, Metron 1 (1921) 3. None for 3 samples or fewer.
     """
-    if samples < 4:
+    if samples <= 3.0 + 1e-9:
         return None, None
     centre = math.atanh(min(max(r, -1.0 + 1e-12), 1.0 - 1e-12))
     half = NORMAL_95 / math.sqrt(samples - 3)

@@ -119,19 +119,20 @@ def window_means(charge: Charge) -> dict[str, np.ndarray]:
 
 
 def fidelities_of(runs: Path) -> list[Fidelity]:
-    """Return the settings of a study, each with the seeds that are finished in all of them.
+    """Return the settings of a study that have finished runs, each with the seeds that are finished
+    in all of them.
 
     Raises:
-        RunFolderError: no study, or fewer than two common seeds.
+        RunFolderError: no study, fewer than two settings, or fewer than two common seeds.
     """
     about = read_json(runs / STUDY, MADE_BY)
     charges, _ = study_charges(runs, about)
-    settings: dict[str, dict[int, Charge]] = {s["name"]: {} for s in about["settings"]}
+    settings: dict[str, dict[int, Charge]] = {}
     for charge in charges:
-        settings[charge.campaign][charge.seed] = charge
-    common = sorted(set.intersection(*(set(seeds) for seeds in settings.values())))
-    if len(common) < 2:
-        cause = f"{len(common)} seeds are finished in all of {', '.join(settings)}; two are needed"
+        settings.setdefault(charge.campaign, {})[charge.seed] = charge
+    common = sorted(set.intersection(*map(set, settings.values()))) if settings else []
+    if len(settings) < 2 or len(common) < 2:
+        cause = f"{len(settings)} settings with {len(common)} common seeds; two of each are needed"
         raise RunFolderError(runs, cause, f"run them with: {MADE_BY}")
     return [
         Fidelity(name, {seed: seeds[seed] for seed in common}) for name, seeds in settings.items()
@@ -162,10 +163,12 @@ def compare(first: Fidelity, second: Fidelity, steady: slice) -> Row:
     observables = {}
     for name in OBSERVABLES:
         a, b = first.windows[name], second.windows[name]
+        in_steady = correlation(a[:, steady], b[:, steady])
         of_means = correlation(*(x[:, steady].mean(axis=1, keepdims=True) for x in (a, b)))
         observables[name] = {
             "spin_up": asdict(correlation(a[:, :SPIN_UP], b[:, :SPIN_UP])),
-            "steady": asdict(of_means) | _gain(of_means, ratio),
+            "steady": asdict(in_steady) | _gain(in_steady, ratio),
+            "steady_means": asdict(of_means),
             "by_window": [
                 pooled_correlation(x[:, None], y[:, None]) for x, y in zip(a.T, b.T, strict=True)
             ],
@@ -296,7 +299,7 @@ def _against(mean: tuple[float, float], whole: tuple[float, float]) -> Row:
 def tables(document: Row) -> str:
     """Return correlations, biases and slices as Markdown tables."""
     lines = [
-        "| runs | observable | r, spin-up | chance | r, steady means | 95 % interval | chance "
+        "| runs | observable | r, spin-up | 95 % interval | r, steady | 95 % interval | chance "
         "| variance left | r needed |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
@@ -305,9 +308,7 @@ def tables(document: Row) -> str:
             spin_up, steady = found["spin_up"], found["steady"]
             lines.append(
                 f"| {pair['first']}, {pair['second']} | {OBSERVABLES[name]} "
-                f"| {number(spin_up['value'], 2)} | {number(spin_up['chance'], 3)} "
-                f"| {number(steady['value'], 2)} "
-                f"| {number(steady['low'], 2)} to {number(steady['high'], 2)} "
+                f"| {_range(spin_up)} | {_range(steady)} "
                 f"| {number(steady['chance'], 2)} | {number(steady['variance_left'], 2)} "
                 f"| {number(pair['least_correlation'], 3)} |"
             )
@@ -339,6 +340,12 @@ def tables(document: Row) -> str:
             for row in rows
         ]
     return "\n".join(lines)
+
+
+def _range(found: Row) -> str:
+    """Return two cells of a table: a correlation and its interval."""
+    ends = f"{number(found['low'], 2)} to {number(found['high'], 2)}"
+    return f"{number(found['value'], 2)} | {ends}"
 
 
 def draw(document: Row, file: Path) -> Figure:
