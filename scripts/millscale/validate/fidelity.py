@@ -119,24 +119,32 @@ def window_means(charge: Charge) -> dict[str, np.ndarray]:
 
 
 def fidelities_of(runs: Path) -> list[Fidelity]:
-    """Return the settings of a study that have finished runs, each with the seeds that are finished
-    in all of them.
+    """Return the settings of a study that have two finished seeds or more.
 
     Raises:
-        RunFolderError: no study, fewer than two settings, or fewer than two common seeds.
+        RunFolderError: no study, or no two such settings share two seeds.
     """
     about = read_json(runs / STUDY, MADE_BY)
     charges, _ = study_charges(runs, about)
     settings: dict[str, dict[int, Charge]] = {}
     for charge in charges:
         settings.setdefault(charge.campaign, {})[charge.seed] = charge
-    common = sorted(set.intersection(*map(set, settings.values()))) if settings else []
-    if len(settings) < 2 or len(common) < 2:
-        cause = f"{len(settings)} settings with {len(common)} common seeds; two of each are needed"
+    several = [Fidelity(name, seeds) for name, seeds in settings.items() if len(seeds) > 1]
+    if not pairs_of(several):
+        cause = "no two settings share two finished seeds"
         raise RunFolderError(runs, cause, f"run them with: {MADE_BY}")
-    return [
-        Fidelity(name, {seed: seeds[seed] for seed in common}) for name, seeds in settings.items()
-    ]
+    return several
+
+
+def pairs_of(fidelities: Sequence[Fidelity]) -> list[tuple[Fidelity, Fidelity]]:
+    """Return every two settings, each with the seeds that both have; of two seeds or more."""
+    found = []
+    for pair in combinations(fidelities, 2):
+        common = sorted(pair[0].charges.keys() & pair[1].charges.keys())
+        if len(common) > 1:
+            first, second = (Fidelity(x.name, {i: x.charges[i] for i in common}) for x in pair)
+            found.append((first, second))
+    return found
 
 
 def steady_windows(fidelities: Sequence[Fidelity]) -> slice:
@@ -176,6 +184,7 @@ def compare(first: Fidelity, second: Fidelity, steady: slice) -> Row:
     return {
         "first": first.name,
         "second": second.name,
+        "seeds": list(first.charges),
         "cost_ratio": ratio,
         "least_correlation": least_correlation(ratio),
         "observables": observables,
@@ -408,13 +417,13 @@ def write_fidelity(runs: Path, file: Path) -> str:
         **(provenance() | {"command": COMMAND}),
         "S": first.S,
         "balls": first.balls,
-        "seeds": list(fidelities[0].charges),
         "window_rad": float(edges[1]),
         "steady_from_rad": float(edges[steady.start]),
         "to_rad": float(edges[steady.stop]),
         "settings": [
             {
                 "setting": fidelity.name,
+                "seeds": sorted(fidelity.charges),
                 "step_s": fidelity.step,
                 "precision": fidelity.precision,
                 "time_s": fidelity.cost,
@@ -422,7 +431,7 @@ def write_fidelity(runs: Path, file: Path) -> str:
             }
             for fidelity in fidelities
         ],
-        "pairs": [compare(a, b, steady) for a, b in combinations(fidelities, 2)],
+        "pairs": [compare(a, b, steady) for a, b in pairs_of(fidelities)],
         "step": step_bias(fidelities, steady),
         "slice_length": slice_lengths(measured) if measured else {},
     }
