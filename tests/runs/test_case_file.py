@@ -133,3 +133,10 @@ def test_keys_that_inform_and_names_do_not_decide_the_identity():
     assert typed(named).digest != typed(document).digest
     assert "warnings" in INFORMING
     assert typed(document | {"S": 2.1}).identity != typed(document).identity
+
+
+def test_a_default_that_a_campaign_states_does_not_change_the_identity_once_it_is_read(tmp_path):
+    file = tmp_path / "small.toml"
+    file.write_text(TEXT + '\n[model]\nprecision = "double"\n')
+    made = next(case for case in cases_of(load_campaign(file)) if case.id == CHARGE)
+    assert made.identity == typed(json.loads(made.text())).identity

@@ -316,7 +316,8 @@ class Case(Section, frozen=True, kw_only=True):
     @property
     def identity(self) -> str:
         """Hash of all that decides the case but its names: equal for the same case elsewhere."""
-        return case_identity(self.document)
+        # Read back: a default that a campaign states is written, but not by a case that is read.
+        return case_identity(as_typed(Case, self.document).document)
 
     @property
     def document(self) -> dict[str, Any]:
