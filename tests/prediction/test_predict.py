@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 from typer.testing import CliRunner
@@ -11,6 +12,7 @@ from millscale.cli.main import app
 from millscale.errors import PredictionError
 from millscale.prediction.predict import predict, predict_charges
 from millscale.prediction.selection import usable_charges
+from paper_campaign import REPOSITORY
 from synthetic_mills import BALLS_AT_1, SEEDS, TORQUE, charge_case, write_mills
 
 
@@ -169,3 +171,13 @@ def test_the_command_prints_the_table_and_writes_the_numbers(mills, tmp_path):
     content = json.loads(to.read_text())
     assert {"command", "commit", "machine", "date"} <= content.keys()
     assert content["numbers"][0]["name"] == "power"
+
+
+def test_every_key_of_the_file_is_described(mills):
+    text = (REPOSITORY / "docs/reference/files.md").read_text(encoding="utf-8")
+    section = text.partition("## The file of `millscale predict --to`")[2].partition("\n## ")[0]
+    content = predict([mills], leave_out_physical=True).document()
+    power = content["numbers"][0]
+    refusals = {key for key in content if key.endswith("_refused")}
+    keys = {*content, *power, *power["dimensionless"], *content["physical_mill"]} - refusals
+    assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", section)] == []
