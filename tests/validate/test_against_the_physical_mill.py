@@ -124,7 +124,7 @@ def test_unsteady_charges_are_used_if_asked_for(tmp_path):
     (steady,), excluded = load_mills([tmp_path])
     assert len(steady.charges) == 3
     assert "drifts" in excluded[f"{tmp_path.name}/{cases[-1]['id']}"]
-    (every,), excluded = load_mills([tmp_path], unsteady=True)
+    (every,), excluded = load_mills([tmp_path], every=True)
     assert len(every.charges) == 4 and excluded == {}
 
 

@@ -39,8 +39,11 @@ Policy = Annotated[
 ]
 
 
-Unsteady = Annotated[
-    bool, typer.Option("--unsteady", help="Use charges that are not steady as well.")
+Every = Annotated[
+    bool,
+    typer.Option(
+        "--all", help="Use charges as well that are not steady or out of the law's range."
+    ),
 ]
 
 
@@ -193,7 +196,7 @@ def fidelity(
 def friction_matched(
     runs: RunsArguments,
     to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")],
-    unsteady: Unsteady = False,
+    every: Every = False,
 ) -> None:
     """Compare the scaled mills of the policies paper and friction-matched with S = 1.
 
@@ -204,14 +207,14 @@ def friction_matched(
     """
     from millscale.validate.friction_matched import write_friction_matched
 
-    typer.echo(write_friction_matched(runs, to, unsteady))
+    typer.echo(write_friction_matched(runs, to, every))
 
 
 @validate.command()
 def prediction(
     runs: RunsArguments,
     to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")],
-    unsteady: Unsteady = False,
+    every: Every = False,
 ) -> None:
     """Measure how many intervals of predictions hold what S = 1 has, and what predictions cost.
 
@@ -222,7 +225,7 @@ def prediction(
     """
     from millscale.validate.coverage import write_coverage
 
-    typer.echo(write_coverage(runs, to, unsteady))
+    typer.echo(write_coverage(runs, to, every))
 
 
 @validate.command()

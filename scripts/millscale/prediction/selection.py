@@ -35,13 +35,13 @@ MOST_NAMED = 3
 
 
 def usable_charges(
-    folders: Sequence[Path], unsteady: bool = False
+    folders: Sequence[Path], every: bool = False
 ) -> tuple[list[Charge], dict[str, str]]:
     """Return the finished, steady charges within the range of the law, by S and seed, and why the
     others are not used.
 
     Args:
-        unsteady: return charges that are not steady as well.
+        every: return all finished charges, also those that are not steady or out of range.
 
     Raises:
         RunFolderError: a folder holds no campaign, or a damaged one.
@@ -52,9 +52,11 @@ def usable_charges(
         campaign = load_campaign(folder)
         excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
         for charge in campaign.charges:
-            if why := outside_range(charge.case):
+            if every:
+                charges.append(charge)
+            elif why := outside_range(charge.case):
                 excluded[charge.id] = why
-            elif unsteady or charge.result.steady.is_steady:
+            elif charge.result.steady.is_steady:
                 charges.append(charge)
             else:
                 excluded[charge.id] = "; ".join(charge.result.steady.reasons)

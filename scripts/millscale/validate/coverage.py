@@ -124,18 +124,18 @@ class Trial:
         return asdict(self) | {"intervals": [row.document() for row in self.intervals]}
 
 
-def try_predictions(folders: Sequence[Path], unsteady: bool) -> dict[str, Any]:
+def try_predictions(folders: Sequence[Path], every: bool) -> dict[str, Any]:
     """Return the predictions of all mills of runs folders, as JSON types.
 
     Raises:
         PredictionError: no mill has both S = 1 and a scaled mill.
     """
-    mills, excluded = load_mills(folders, unsteady)
+    mills, excluded = load_mills(folders, every)
     trials = [trial for mill in mills for trial in trials_of(mill)]
     return {
         "schema": 1,
         **provenance(),
-        "command": COMMAND + (" --unsteady" if unsteady else ""),
+        "command": COMMAND + (" --all" if every else ""),
         "level": LEVEL,
         "mills": [_mill_document(mill) for mill in mills],
         "trials": [trial.document() for trial in trials],
@@ -388,13 +388,13 @@ def binomial_interval(inside: int, count: int) -> tuple[float, float]:
     return float(lower), float(upper)
 
 
-def write_coverage(folders: Sequence[Path], file: Path, unsteady: bool = False) -> str:
+def write_coverage(folders: Sequence[Path], file: Path, every: bool = False) -> str:
     """Write the predictions to a file, and two figures beside it.
 
     Returns:
         Tables of the predictions and of their coverage as Markdown.
     """
-    content = try_predictions(folders, unsteady)
+    content = try_predictions(folders, every)
     write_json(file, content)
     draw_speed(content, file.with_suffix(".png"))
     draw_coverage(content, file.with_name(f"{file.stem}-intervals.png"))

@@ -90,20 +90,20 @@ class Medians:
     chance: int
 
 
-def compare_policies(folders: Sequence[Path], unsteady: bool) -> dict[str, Any]:
+def compare_policies(folders: Sequence[Path], every: bool) -> dict[str, Any]:
     """Return the errors of both policies in all mills of runs folders, as JSON types.
 
     Raises:
         PredictionError: no mill has both policies and S = 1.
     """
-    mills, excluded = load_mills(folders, unsteady)
+    mills, excluded = load_mills(folders, every)
     rows = [row for mill in mills for row in rows_of(mill)]
     if not rows:
         raise PredictionError(f"no mill has scaled mills of both {PAPER} and {MATCHED} at equal S")
     return {
         "schema": 1,
         **provenance(),
-        "command": COMMAND + (" --unsteady" if unsteady else ""),
+        "command": COMMAND + (" --all" if every else ""),
         "chances": CHANCES,
         "mills": [{"name": mill.name, "description": mill.description} for mill in mills],
         "rows": [row.document() for row in rows],
@@ -218,13 +218,13 @@ def ratios_text(ratios: Iterable[float]) -> str:
     return f"S = {', '.join(f'{S:.4g}' for S in ratios)}"
 
 
-def write_friction_matched(folders: Sequence[Path], file: Path, unsteady: bool = False) -> str:
+def write_friction_matched(folders: Sequence[Path], file: Path, every: bool = False) -> str:
     """Write the errors of both policies to a file, and their figure beside it.
 
     Returns:
         Tables of the errors and of their medians as Markdown.
     """
-    content = compare_policies(folders, unsteady)
+    content = compare_policies(folders, every)
     write_json(file, content)
     draw_errors(content, file.with_suffix(".png"))
     return markdown(content)

@@ -90,13 +90,11 @@ class Mill:
         return math.fsum(known) / len(known) if known else None
 
 
-def load_mills(
-    folders: Sequence[Path], unsteady: bool = False
-) -> tuple[list[Mill], dict[str, str]]:
+def load_mills(folders: Sequence[Path], every: bool = False) -> tuple[list[Mill], dict[str, str]]:
     """Return the physical mills of runs folders that have a run of S = 1, and what is not used.
 
     Args:
-        unsteady: use charges that are not steady as well, which a prediction refuses.
+        every: use all finished charges, also those that a prediction refuses.
 
     Returns:
         The mills; why charges are not used, by folder and id.
@@ -108,7 +106,7 @@ def load_mills(
     charges: list[Charge] = []
     excluded: dict[str, str] = {}
     for folder in folders:
-        found, unused = usable_charges([folder], unsteady)
+        found, unused = usable_charges([folder], every)
         charges += found
         excluded |= {f"{folder.name}/{name}": why for name, why in unused.items()}
     charges.sort(key=lambda charge: (charge.S, charge.seed))
