@@ -27,7 +27,7 @@ def share(S, seed, angle):
 def mills(tmp_path, monkeypatch):
     """Writes mills of S = 1, 1.696 and 2.6 whose toe is at an angle [rad]; returns the folder."""
 
-    def write(toe=3.9, seeds=SEEDS, ratios=(1.0, 1.696, 2.6)):
+    def write(toe=3.9, seeds=SEEDS, ratios=(1.0, 1.696, 2.6), **changes):
         def columns(case, *given):
             found = columns_of(case, *given)
             angle = found["mill_angle_rad"]
@@ -36,7 +36,9 @@ def mills(tmp_path, monkeypatch):
             return found
 
         monkeypatch.setattr("synthetic_mills.columns_of", columns)
-        return write_mills(tmp_path, *(charge_case(S, seed) for S in ratios for seed in seeds))
+        return write_mills(
+            tmp_path, *(charge_case(S, seed, **changes) for S in ratios for seed in seeds)
+        )
 
     return write
 
@@ -95,6 +97,15 @@ def test_a_toe_at_the_box_is_refused(mills):
     toe = math.pi + math.radians(6.0)
     used, _ = split(mills(toe=toe))
     with pytest.raises(ExtrapolationError, match=r"toe of S = 1.696, at 186.0 deg, has reached"):
+        predict_mass_flow(used)
+
+
+def test_grooves_that_hold_one_layer_of_balls_are_refused(mills):
+    shallow = {"groups__lifter_height_over_ball_diameter": 1.9}
+    used, _ = split(mills(**shallow))
+    with pytest.raises(
+        ExtrapolationError, match=r"S = 1.696 are 1.9 ball diameters deep, at least 2"
+    ):
         predict_mass_flow(used)
 
 

@@ -23,6 +23,8 @@ from millscale.prediction.points import extrapolate_points, noise_of_points
 
 # The bed thins towards its toe over about this many ball diameters.
 THIN_DIAMETERS = 2.0
+# Shallower grooves [ball diameters] hold one layer of balls: fewer than their volume lets expect.
+LEAST_DEPTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -62,13 +64,20 @@ class PredictedCurve:
         }
 
 
-def toe_at_box(charges: Sequence[Charge]) -> str:
+def box_refused(charges: Sequence[Charge]) -> str:
     """Return why the mass in the box does not follow a power of S; empty if it does.
 
     The box must lie deep in the bed of every mill: as S grows the toe moves towards the bottom, and
-    once it has reached the box, the mass in the box falls with another law.
+    once it has reached the box, the mass in the box falls with another law. It is a groove as deep
+    as the lifters are high, so it must be deep against the balls as well.
     """
     for charge in charges:
+        depth = charge.case.groups.lifter_height_over_ball_diameter
+        if depth < LEAST_DEPTH * (1.0 - 1e-3):
+            return (
+                f"the grooves of S = {charge.S:.4g} are {depth:.2g} ball diameters deep, at least "
+                f"{LEAST_DEPTH:g} are needed for its mass of balls to follow a power of S"
+            )
         toe, angle = charge.steady_mean("toe_angle_rad"), box_angle(charge.case)
         if toe is None or angle is None:
             continue
@@ -99,7 +108,7 @@ def predict_mass_flow(
     known = {charge: masses for charge, masses in by_charge.items() if masses is not None}
     if len(known) < len(charges):
         raise ExtrapolationError("a plain drum has no box, or a run has too few lifter pitches")
-    if reason := toe_at_box(charges):
+    if reason := box_refused(charges):
         raise ExtrapolationError(reason)
     groups = by_ratio((charge.S, masses.mean(axis=0)) for charge, masses in known.items())
     noise, noise_from = noise_of_points(groups, _noise_of_pitches(list(known.values())))

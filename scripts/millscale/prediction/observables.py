@@ -17,7 +17,7 @@ from millscale.analysis.finished import Charge
 from millscale.analysis.measures import NUMBERS
 from millscale.analysis.result_file import PAIRINGS
 from millscale.prediction.kinds import Kind
-from millscale.prediction.mass_flow import toe_at_box
+from millscale.prediction.mass_flow import box_refused
 from millscale.runs.case_file import Case
 
 
@@ -187,7 +187,7 @@ OBSERVABLES = (
         lambda mill: mill.mass * mill.omega,
         Kind.DILATION,
         lambda charge, _: groove_flow(charge),
-        refuse=toe_at_box,
+        refuse=box_refused,
     ),
     _row("shoulder_angle_rad", "shoulder", "deg", _degree, Kind.SHAPE),
     _row("curtain_share", "balls in curtains", "%", lambda _: 100.0, Kind.SHAPE),
