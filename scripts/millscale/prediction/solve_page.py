@@ -157,7 +157,8 @@ def warnings_of(answer: Answer) -> Iterator[str]:
     if answer.refused:
         yield answer.refused
     for (S, seed), why in answer.look.unsteady.items():
-        yield f"not used: S = {S:g}, seed {seed}: {why}"
+        if (S, seed) not in answer.look.used:
+            yield f"not used: S = {S:g}, seed {seed}: {why}"
     if answer.prediction is None:
         return
     yield from answer.prediction.warnings
