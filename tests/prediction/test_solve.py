@@ -213,6 +213,28 @@ def test_seeds_are_run_where_the_noise_is_what_is_unknown():
     assert len(rounds) > 2
 
 
+def test_values_that_do_not_follow_the_law_end_it_at_once():
+    class Bent(MadeUpRuns):
+        def track(self, name, groups):
+            return Track(name, tuple(groups), refused="they do not", is_broken=True)
+
+    runs = Bent()
+    _, _, outcome = solved(runs, 0.01)
+    assert (outcome.kind, outcome.text) == ("nothing helps", "power: they do not")
+    assert len(runs.made) == 1
+
+
+def test_an_observable_that_stays_refused_is_given_up():
+    class Hidden(MadeUpRuns):
+        def track(self, name, groups):
+            return Track(name, tuple(groups), refused="too few dumps")
+
+    runs = Hidden()
+    _, _, outcome = solved(runs, 0.01)
+    assert (outcome.kind, outcome.text) == ("nothing helps", "power: too few dumps")
+    assert len(runs.made) == 4
+
+
 def test_a_charge_that_is_not_steady_turns_further():
     runs = MadeUpRuns(unsteady={(2.6, 1, 12.0)})
     rounds, _, outcome = solved(runs, 0.05)

@@ -38,6 +38,8 @@ from millscale.prediction.planned import PlannedRun, RunSize
 AIM = 0.95
 # Runs that narrow the widest interval by less than this share do not help.
 LEAST_GAIN = 0.01
+# An observable that is refused after so many rounds in a row is given up.
+MOST_REFUSED = 4
 # Rotation of a repeated charge over that of the one that was not steady, and the longest rotation
 # over the first.
 LONGER_ROTATION, LONGEST_ROTATION = 1.5, 2.3
@@ -110,6 +112,7 @@ class Track:
         half_width: of the interval; None without one.
         exponent: of the error.
         refused: why there is no interval.
+        is_broken: whether that is because its values do not follow the law of the error.
     """
 
     name: str
@@ -118,6 +121,7 @@ class Track:
     half_width: float | None = None
     exponent: float = EXPONENT
     refused: str = ""
+    is_broken: bool = False
 
 
 @dataclass(frozen=True)
@@ -239,6 +243,9 @@ class Solver:
     def _next(self, rounds: Sequence[Round], look: Look) -> Round | Outcome:
         if not rounds:
             return self._first()
+        for name in self.ask.names:
+            if why := self._is_lost(name, rounds, look):
+                return Outcome(NOTHING_HELPS, f"{name}: {why}")
         size = rounds[-1].size
         repeated = [run for run in look.unsteady if run not in look.used]
         at_this_size = [run for x in rounds if x.size == size for run in x.runs]
@@ -257,6 +264,15 @@ class Solver:
         if repeated and unknown:
             return self._repeat(rounds, repeated, look, size)
         return _Candidates(self, look, size, len(rounds) + 1).best()
+
+    def _is_lost(self, name: str, rounds: Sequence[Round], look: Look) -> str:
+        """Return why no run will give an interval of an observable; empty if one may."""
+        track = look.tracks.get(name)
+        if track is None or track.half_width is not None:
+            return ""
+        last = rounds[-MOST_REFUSED:]
+        refused = len(last) == MOST_REFUSED and all(x.half_widths.get(name) is None for x in last)
+        return track.refused if track.is_broken or refused else ""
 
     def _first(self) -> Round | Outcome:
         """Return the fewest runs of the plan that give every interval."""

@@ -152,7 +152,9 @@ def _track(number: PredictedNumber) -> Track:
     unit = unit_of(number) if found else 1.0
     groups = tuple(Group(x.S, (x.mean / number.scale / unit,) * x.runs) for x in number.measured)
     if found is None or number.noise is None:
-        return Track(name, groups, refused=number.refused)
+        # The noise is known where the residuals alone refuse the law.
+        broken = number.noise is not None
+        return Track(name, groups, refused=number.refused, is_broken=broken)
     noise = Noise(number.noise.deviation / unit, number.noise.freedom)
     return Track(name, groups, noise, found.half_width / unit, found.exponent)
 
