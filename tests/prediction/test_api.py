@@ -68,6 +68,18 @@ def test_a_notebook_shows_a_table(prediction):
     assert f"<td>{prediction['power'].cells[1]}</td>" in html
 
 
+def test_a_plan_shows_its_designs():
+    plan = ms.advise(CAMPAIGNS / "slices.toml", 0.03, observables=["power"])
+    title, heading, chosen, *rest = repr(plan).splitlines()
+    assert title == "Runs for an error of 3 %"
+    assert heading.split()[-1] == "power"
+    assert chosen.startswith("chosen") and plan.chosen.runs in chosen
+    assert rest[-1].startswith("errors learnt from: ")
+    html = plan._repr_html_()
+    assert html.count("<tr>") == 2 + len(plan.cheapest)
+    assert f"<td>{plan.chosen.runs}</td>" in html
+
+
 def test_text_in_html_is_escaped():
     html = html_table("a < b", ["h"], [["<script>"]], ["x & y"])
     assert "<script>" not in html and "&lt;script&gt;" in html

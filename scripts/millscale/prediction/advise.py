@@ -16,6 +16,7 @@ from typing import Any
 from scipy.special import stdtrit
 
 from millscale.errors import PredictionError, nearest
+from millscale.formats import duration
 from millscale.prediction.error_model import (
     CONTOUR,
     ErrorModel,
@@ -33,6 +34,7 @@ from millscale.prediction.planned import (
     PlannedRun,
     RunSize,
 )
+from millscale.prediction.text import aligned, html_table
 
 # Up to the largest S whose extrapolation was compared with S = 1.
 RATIOS = tuple(round(1.1 + 0.1 * i, 1) for i in range(21))
@@ -88,9 +90,11 @@ class Design:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Advice:
     """The chosen design, the others it was compared with, and its campaign file.
+
+    A prompt shows it as text, a notebook as a table.
 
     Attributes:
         error: wanted, relative; angles as a share of a radian.
@@ -108,6 +112,57 @@ class Advice:
     text: str
     reasons: tuple[tuple[str, str], ...]
     origin: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return "\n".join([self.title, *aligned([self.headings, *self.rows()]), *self.notes()])
+
+    def _repr_html_(self) -> str:
+        """Return the designs and the reasons as the HTML that notebooks show."""
+        return html_table(self.title, self.headings, self.rows(), list(self.notes()))
+
+    @property
+    def title(self) -> str:
+        return f"Runs for an error of {100.0 * self.error:g} %"
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        return ("", "runs", "slice", "rotation", "time on one core", *self.chosen.half_widths)
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return the chosen design, then the best of each kind, as text."""
+        found = []
+        for kind, design in [("chosen", self.chosen), *((x.name, x) for x in self.cheapest)]:
+            size = f"{design.size.diameters:g} d", f"{design.size.rotation_rad:g} rad"
+            widths = [f"{100.0 * design.half_widths[name]:.2f} %" for name in self.headings[5:]]
+            found.append((kind, design.runs, *size, duration(design.cost_s), *widths))
+        return found
+
+    def notes(self) -> Iterator[str]:
+        """Yield whether the error is reached, why each choice was made, where the expected errors
+        come from."""
+        if not self.met:
+            reached = f"{100.0 * self.chosen.worst:.2g} %"
+            within = f" in {duration(self.budget_s)}" if self.budget_s else ""
+            able = [x for x in self.cheapest if x.worst <= self.error and x.has_interval]
+            cheapest = min(able, key=lambda design: design.cost_s, default=None)
+            needs = (
+                f"it takes {duration(cheapest.cost_s)}: {cheapest.runs}"
+                if cheapest
+                else "no design that was compared reaches it"
+            )
+            yield f"not reached{within}: the chosen runs give {reached}; {needs}"
+        yield (
+            "columns: expected half width of the 95 % interval; of one scaled mill its error as "
+            "well, so it is never chosen; d: ball diameters"
+        )
+        for choice, reason in self.reasons:
+            yield f"  {choice}: {reason}"
+        yield f"errors learnt from: {origin_text(self.origin)}"
+
+
+def origin_text(origin: Mapping[str, Any]) -> str:
+    """Return command and date of the runs that errors were learnt from."""
+    return ", ".join(str(origin[key]) for key in ("command", "date") if key in origin)
 
 
 def advise(

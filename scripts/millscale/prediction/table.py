@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from rich.table import Table
 
-from millscale.formats import NONE, duration, number
+from millscale.formats import NONE, number
 from millscale.prediction.advise import Advice
 from millscale.prediction.result import PredictedNumber, Prediction
 
@@ -86,46 +85,20 @@ def impact_tables(prediction: Prediction) -> Iterator[Table]:
 
 def advice_table(advice: Advice) -> Table:
     """Return a row for the chosen design, then one for the best of each kind."""
-    names = list(advice.chosen.half_widths)
-    table = Table(title=f"Runs for an error of {100.0 * advice.error:g} %", title_justify="left")
-    for heading in ("", "runs", "slice", "rotation", "time on one core", *names):
-        left = heading in ("", "runs")
+    table = Table(title=advice.title, title_justify="left")
+    for i, heading in enumerate(advice.headings):
+        left = i < 2
         table.add_column(heading, justify="left" if left else "right", no_wrap=left)
-    for kind, design in [("chosen", advice.chosen), *((x.name, x) for x in advice.cheapest)]:
-        size = f"{design.size.diameters:g} d", f"{design.size.rotation_rad:g} rad"
-        widths = [f"{100.0 * design.half_widths[name]:.2f} %" for name in names]
-        table.add_row(kind, design.runs, *size, duration(design.cost_s), *widths)
+    for row in advice.rows():
+        table.add_row(*row)
     return table
 
 
 def advice_lines(advice: Advice, file: Path | None) -> Iterator[str]:
-    """Yield what stands below the table: whether the error is reached, why each choice was made,
-    where the expected errors come from."""
-    if not advice.met:
-        reached = f"{100.0 * advice.chosen.worst:.2g} %"
-        within = f" in {duration(advice.budget_s)}" if advice.budget_s else ""
-        able = [x for x in advice.cheapest if x.worst <= advice.error and x.has_interval]
-        cheapest = min(able, key=lambda design: design.cost_s, default=None)
-        needs = (
-            f"it takes {duration(cheapest.cost_s)}: {cheapest.runs}"
-            if cheapest
-            else "no design that was compared reaches it"
-        )
-        yield f"not reached{within}: the chosen runs give {reached}; {needs}"
-    yield (
-        "columns: expected half width of the 95 % interval; of one scaled mill its error as well, "
-        "so it is never chosen; d: ball diameters"
-    )
-    for choice, reason in advice.reasons:
-        yield f"  {choice}: {reason}"
-    yield f"errors learnt from: {origin_text(advice.origin)}"
+    """Yield what stands below the table, and the campaign file of the plan."""
+    yield from advice.notes()
     if file:
         yield f"campaign: {file}; next: millscale run {file} --runs runs/{file.stem}"
-
-
-def origin_text(origin: Mapping[str, Any]) -> str:
-    """Return command and date of the runs that errors were learnt from."""
-    return ", ".join(str(origin[key]) for key in ("command", "date") if key in origin)
 
 
 def _cells(row: PredictedNumber, ratios: list[float], checked: bool) -> list[str]:
