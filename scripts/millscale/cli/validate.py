@@ -258,6 +258,20 @@ def averaging(runs: RunsArguments, docs: Docs = Path("docs")) -> None:
     write_averaging(runs, docs)
 
 
+@validate.command("flowing-layer")
+def flowing_layer(runs: RunsArguments, docs: Docs = Path("docs")) -> None:
+    """Measure depth, inertial number and friction of the layer that flows down the bed.
+
+    Takes every finished charge of the campaigns, of one scheme. Writes results/flowing-layer.json
+    and its figure.
+
+    Example: `millscale validate flowing-layer runs/slices runs/friction-matched`
+    """
+    from millscale.validate.flowing_layer import write_flowing_layer
+
+    write_flowing_layer(runs, docs)
+
+
 @validate.command("liner-variants")
 def liner_variants(
     runs: RunsOption,
