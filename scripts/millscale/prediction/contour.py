@@ -26,6 +26,7 @@ from millscale.prediction.extrapolation import SAME_S, ExtrapolationError, Group
 from millscale.prediction.kinds import Kind
 from millscale.prediction.noise import FEWEST_SEED_FREEDOM
 from millscale.prediction.points import extrapolate_points, noise_of_points
+from millscale.runs.case_file import Case
 from millscale.runs.dumps import read_dump
 from millscale.runs.untrusted import RunFolderError
 
@@ -138,13 +139,25 @@ def _contour(charge: Charge, snapshots: Sequence[Snapshot]) -> np.ndarray:
         centres.append(dump.positions[:, [0, 2]] / unit)
         volumes = 4.0 / 3.0 * np.pi * (dump["radius"] / unit) ** 3
         areas.append(volumes / length / len(snapshots))
+    line = surface_line(case, np.vstack(centres), np.concatenate(areas))
+    if line is None:
+        raise RunFolderError(charge.folder, "its bed has no surface", "look at it in OVITO")
+    return line
+
+
+def surface_line(case: Case, centres: np.ndarray, areas: np.ndarray) -> np.ndarray | None:
+    """Return the longest line of the contour of balls inside the circle of the lifter tops, (n, 2)
+    float; None if there is none.
+
+    Args:
+        centres: (m, 2) float [x, z] of the balls of all dumps, over R - a.
+        areas: (m,) float, as in `solid_fraction`, over the number of dumps.
+    """
     tops = case.mill.lifter_top_radius_m if case.mill.lifters else case.mill.radius_m
     turn = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
-    circle = tops / unit * np.column_stack([np.cos(turn), np.sin(turn)])
-    contour = surface_contour(np.vstack(centres), np.concatenate(areas), circle, contour_grid(case))
-    if not contour.lines:
-        raise RunFolderError(charge.folder, "its bed has no surface", "look at it in OVITO")
-    return max(contour.lines, key=_length)
+    circle = tops / unit_length(case) * np.column_stack([np.cos(turn), np.sin(turn)])
+    contour = surface_contour(centres, areas, circle, contour_grid(case))
+    return max(contour.lines, key=_length) if contour.lines else None
 
 
 def predict_contour(

@@ -34,10 +34,11 @@ from millscale.analysis.shapes.solid_fraction import Grid, solid_fraction
 from millscale.analysis.shapes.throw_angle import FLIGHT_TIME
 from millscale.engine.record import provenance
 from millscale.errors import PredictionError
-from millscale.prediction.contour import mean_contour
+from millscale.prediction.contour import surface_line
 from millscale.report.figures.style import STYLE
 from millscale.runs.case_file import Case
 from millscale.runs.dumps import Dump, read_dump
+from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json
 
 Row = dict[str, Any]
@@ -98,19 +99,6 @@ class Fields:
     flux_zz: np.ndarray
 
 
-@dataclass(frozen=True)
-class Population:
-    """Some of the balls.
-
-    Attributes:
-        share: of all balls.
-        kinetic: their kinetic energy of translation over M (omega R)^2 of all.
-    """
-
-    share: float
-    kinetic: float
-
-
 def dumps_of(charge: Charge) -> Iterator[Dump]:
     """Yield the dumps of the steady window of a charge."""
     angles = [
@@ -122,20 +110,16 @@ def dumps_of(charge: Charge) -> Iterator[Dump]:
         yield read_dump(snapshot.path)
 
 
-def fields_of(
-    dumps: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
-) -> Fields:
+def fields_of(centres: np.ndarray, velocity: np.ndarray, areas: np.ndarray) -> Fields:
     """Return the mean fields of dumps.
 
     Args:
-        dumps: of each, centres (n, 2) [x, z], velocities (n, 2) and areas (n,) of its balls.
+        centres, velocity: (n, 2) float [x, z], of the balls of all dumps.
+        areas: (n,) float, as in `solid_fraction`, over the number of dumps.
     """
-    totals = [np.zeros(2 * GRID.nodes.shape) for _ in range(6)]
-    for centres, velocity, areas in dumps:
-        x, z = velocity.T
-        for total, weight in zip(totals, (1.0, x, z, x * x, x * z, z * z), strict=True):
-            total += solid_fraction(centres, areas * weight, GRID)
-    return Fields(*(total / len(dumps) for total in totals))
+    x, z = velocity.T
+    weights = (np.ones_like(x), x, z, x * x, x * z, z * z)
+    return Fields(*(solid_fraction(centres, areas * weight, GRID) for weight in weights))
 
 
 def layer_of(fields: Fields, surface: np.ndarray, gravity: float, diameter: float) -> Layer:
@@ -212,21 +196,27 @@ def _at(field: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def row_of(charge: Charge) -> Row:
-    """Return the flowing layer of a charge and what its balls contribute to the kinetic energy."""
+    """Return the flowing layer of a charge and what its balls contribute to the kinetic energy.
+
+    Raises:
+        RunFolderError: no dumps in the steady window, or no surface.
+    """
     case, unit = charge.case, unit_length(charge.case)
     mill, omega = case.mill, case.mill.omega_rad_s
+    dumps = list(dumps_of(charge))
+    if not dumps:
+        raise RunFolderError(charge.folder, "no dumps in the steady window", "dump more often")
+    centres = np.vstack([dump.positions[:, [0, 2]] for dump in dumps]) / unit
+    velocity = np.column_stack([_joined(dumps, name) for name in ("vx", "vz")]) / (omega * unit)
     length = mill.simulated_length_m / unit
-    surface = mean_contour(charge)
-    views, populations = [], []
-    for dump in dumps_of(charge):
-        centres = dump.positions[:, [0, 2]] / unit
-        velocity = np.column_stack([dump["vx"], dump["vz"]]) / (omega * unit)
-        areas = 4.0 / 3.0 * np.pi * (dump["radius"] / unit) ** 3 / length
-        views.append((centres, velocity, areas))
-        flying = (dump[STATE] == IN_FLIGHT) & (dump[FLIGHT_TIME] > 0.0)
-        populations.append(_populations(centres, velocity, flying, unit / mill.radius_m))
+    areas = 4.0 / 3.0 * np.pi * (_joined(dumps, "radius") / unit) ** 3 / length / len(dumps)
+    flying = (_joined(dumps, STATE) == IN_FLIGHT) & (_joined(dumps, FLIGHT_TIME) > 0.0)
+    surface = surface_line(case, centres, areas)
+    if surface is None:
+        raise RunFolderError(charge.folder, "its bed has no surface", "look at it in OVITO")
     gravity = mill.gravity_m_s2 / (omega**2 * unit)
-    layer = asdict(layer_of(fields_of(views), surface, gravity, 2.0 * case.ball.radius_m / unit))
+    fields = fields_of(centres, velocity, areas)
+    layer = asdict(layer_of(fields, surface, gravity, 2.0 * case.ball.radius_m / unit))
     centre = charge.result.dimensionless
     layer["centre_friction"] = centre["centre_x"] / centre["centre_z"]
     return {
@@ -236,21 +226,20 @@ def row_of(charge: Charge) -> Row:
         "seed": charge.seed,
         "friction": case.material.static_friction_pp,
         "layer": layer,
-        "populations": {
-            name: {
-                key: float(np.mean([getattr(found[name], key) for found in populations]))
-                for key in ("share", "kinetic")
-            }
-            for name in populations[0]
-        },
-        "speed_at_wall": float(np.mean([_speed_at_wall(case, *view[:2]) for view in views])),
+        "populations": _populations(centres, velocity, flying, unit / mill.radius_m),
+        "speed_at_wall": _speed_at_wall(case, centres, velocity),
     }
+
+
+def _joined(dumps: Sequence[Dump], column: str) -> np.ndarray:
+    return np.concatenate([dump[column] for dump in dumps])
 
 
 def _populations(
     centres: np.ndarray, velocity: np.ndarray, flying: np.ndarray, unit: float
-) -> dict[str, Population]:
-    """Return the balls in confirmed flight, those that flow, and those that move with the mill.
+) -> dict[str, dict[str, float]]:
+    """Return the balls in confirmed flight, those that flow, and those that move with the mill: of
+    each their share and their kinetic energy over M (omega R)^2 of all balls.
 
     Args:
         unit: R - a over R.
@@ -260,8 +249,8 @@ def _populations(
     carried = ~flying & (np.hypot(*relative.T) * unit < MOVES_WITH_MILL)
     kinetic = 0.5 * unit**2 * (velocity**2).sum(axis=1)
 
-    def of(which: np.ndarray) -> Population:
-        return Population(float(np.mean(which)), float(np.sum(kinetic[which]) / len(which)))
+    def of(which: np.ndarray) -> dict[str, float]:
+        return {"share": float(np.mean(which)), "kinetic": float(kinetic[which].sum() / len(which))}
 
     return {
         "in flight": of(flying),
