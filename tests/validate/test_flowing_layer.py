@@ -8,10 +8,13 @@ import pytest
 from millscale.validate.flowing_layer import (
     GRID,
     Fields,
+    _populations,
+    _speed_at_wall,
     fields_of,
     layer_of,
     slopes_of,
 )
+from synthetic_case import case_document, typed
 
 TILT, DEPTH, SPEED, FRACTION = 0.6, 0.2, 1.2, 0.55
 GRAVITY, DIAMETER = 2.4, 0.01
@@ -82,6 +85,24 @@ def test_fields_are_means_over_the_dumps():
     assert fields.fraction.sum() * cell == pytest.approx(areas.sum())
     assert fields.momentum_x.sum() * cell == pytest.approx(2.0 * areas @ velocity[:, 0])
     assert fields.flux_xz.sum() * cell == pytest.approx(5.0 * areas @ velocity.prod(axis=1))
+
+
+def test_balls_that_turn_with_the_mill_have_its_speed_and_others_are_told_apart():
+    case = typed(case_document("multi-ball", "constant-gravity", "paper", 2.6, 10))
+    angle = np.linspace(-0.7, 0.7, 50)
+    centres = 0.95 * np.column_stack([np.sin(angle), -np.cos(angle)])
+    velocity = np.column_stack([centres[:, 1], -centres[:, 0]])
+    assert _speed_at_wall(case, centres, velocity) == pytest.approx(1.0)
+    assert _speed_at_wall(case, centres, 0.9 * velocity) == pytest.approx(0.9)
+    flying = np.arange(50) < 10
+    flows = (np.arange(50) >= 10) & (np.arange(50) < 25)
+    speeds = np.where(flows[:, None], -velocity, velocity)
+    found = _populations(centres, speeds, flying, 0.98)
+    assert [x["share"] for x in found.values()] == pytest.approx([0.2, 0.3, 0.5])
+    total = 0.5 * (0.98 * 0.95) ** 2
+    assert [x["kinetic"] for x in found.values()] == pytest.approx(
+        [0.2 * total, 0.3 * total, 0.5 * total]
+    )
 
 
 def layers(policy, S, friction, number):
