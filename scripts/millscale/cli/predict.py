@@ -46,9 +46,9 @@ def predict(
 ) -> None:
     """Predict power, shape and energies of the physical mill from its finished scaled mills.
 
-    Needs steady charges at two values of S or more, filled alike, and two seeds of one S for most
-    observables. Each observable is extrapolated to S = 1 with an interval that includes the
-    unknown exponent of its error. See docs/theory/prediction.md.
+    Needs steady charges at two values of S or more, filled alike. Solid fraction, curtains, throw
+    angle and impacts also need two seeds of one S. Each observable is extrapolated to S = 1 with an
+    interval that includes the unknown exponent of its error. See docs/theory/prediction.md.
 
     Examples: `millscale predict runs/slices`,
     `millscale predict runs/slices --check --to prediction.json`
