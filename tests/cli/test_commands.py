@@ -42,7 +42,14 @@ def test_every_task_is_a_command():
                 "friction-matched",
                 "prediction",
                 *("hard-cases", "energy", "time-step", "torque", "sampling"),
-                *("liner-variants", "fidelity", "mixing"),
+                *(
+                    "liner-variants",
+                    "fidelity",
+                    "mixing",
+                    "definitions",
+                    "averaging",
+                    "flowing-layer",
+                ),
             )
         ),
     }
