@@ -49,7 +49,7 @@ def test_an_unseen_mill_is_planned_without_warnings_and_its_physical_mill_under_
 
 def test_the_unseen_mills_differ_in_size_filling_speed_and_lifters():
     rows = [plan_rows(load_campaign(path))[0] for path in UNSEEN]
-    assert len(rows) == 8
+    assert len(rows) == 11
     extremes = {
         "radius_m": (0.27, 5.5),
         "percent_of_critical": (55.0, 90.0),
@@ -61,7 +61,7 @@ def test_the_unseen_mills_differ_in_size_filling_speed_and_lifters():
     assert (min(balls), max(balls)) == pytest.approx((12.0, 200.0))
     heights = [row["groups"]["lifter_height_over_ball_diameter"] for row in rows]
     assert (min(heights), max(heights)) == pytest.approx((0.5, 4.0))
-    assert sorted(row["scheme"] for row in rows).count("constant-speed") == 2
+    assert sorted(row["scheme"] for row in rows).count("constant-speed") == 3
 
 
 def test_the_papers_single_ball_campaign_has_six_mills_two_schemes_and_three_policies():
