@@ -198,9 +198,7 @@ def draw_coverage(content: Mapping[str, Any], file: Path) -> Figure:
         axes.invert_yaxis()
         axes.grid(axis="y", visible=False)
         axes.set_xlim(-1.05 * FARTHEST, 1.05 * FARTHEST)
-        axes.set_xlabel(
-            f"(predicted - S = 1) / half width of the interval; beyond {FARTHEST:g} at the edge"
-        )
+        axes.set_xlabel(f"error / half width of the interval; beyond {FARTHEST:g} at the edge")
         figure.legend(loc="outside upper center", ncols=3)
         figure.savefig(file, dpi=150)
     return figure
