@@ -218,6 +218,19 @@ def test_noise_falls_with_balls_and_rotation():
     assert longer.deviation == pytest.approx(0.5 * POWER.deviation)
 
 
+def test_single_seeds_are_planned_with_the_noise_of_their_lifter_pitches():
+    """As a prediction finds it; with two seeds more it comes from the seeds."""
+    power = replace(POWER, pitch_deviation=3.0 * POWER.deviation)
+    single = planned_noise(power, ERRORS, [run(1.7), run(2.6)])
+    assert single.deviation == pytest.approx(3.0 * POWER.deviation)
+    seeds = planned_noise(power, ERRORS, [run(1.7), run(2.6), run(2.6), run(2.6)])
+    assert seeds.deviation == pytest.approx(POWER.deviation)
+    wide, narrow = (
+        expected_half_width(x, ERRORS, [run(1.7), run(2.6)], 0.95) for x in (power, POWER)
+    )
+    assert wide > narrow
+
+
 def test_the_nearest_mill_that_is_known_gives_the_errors():
     """Of the policy, then the scheme, then a / R."""
     near, other = replace(ERRORS, ball_over_mill=0.01), replace(ERRORS, policy="friction-matched")
@@ -245,6 +258,8 @@ def test_errors_are_learnt_from_finished_runs(tmp_path):
     far = SLOPE * float(scale_function(2.6, EXPONENT)) / TORQUE
     assert torque.bias(2.6) == pytest.approx(far, rel=0.02)
     assert torque.deviation == pytest.approx(1e-3 * math.sqrt(2.0), rel=0.1)
+    # The made-up torque is nearly the same in every pitch.
+    assert 0.0 <= torque.pitch_deviation < 0.1 * torque.deviation
     assert (model.scheme, model.policy) == ("constant-gravity", "paper")
     counts = [round(20_000 / S**3) for S in (1.0, 1.696, 2.6)]
     assert model.balls == pytest.approx(3.0 / sum(1.0 / n for n in counts))

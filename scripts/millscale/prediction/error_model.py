@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from millscale.analysis.finished import Charge
 from millscale.errors import PredictionError
 from millscale.prediction.contour import BLOCKS
 from millscale.prediction.extrapolation import (
@@ -23,7 +24,7 @@ from millscale.prediction.extrapolation import (
     scale_function,
 )
 from millscale.prediction.kinds import Kind
-from millscale.prediction.noise import FEWEST_SEED_FREEDOM, WITH_PITCHES
+from millscale.prediction.noise import FEWEST_SEED_FREEDOM, WITH_PITCHES, pitch_noise
 from millscale.prediction.observables import OBSERVABLES, kind_of
 from millscale.prediction.planned import PlannedRun
 from millscale.prediction.result import PredictedNumber, Prediction
@@ -47,12 +48,15 @@ class ObservableError:
         slope: relative error over (S^p - 1) / p at p = `EXPONENT`.
         deviation: relative standard deviation of one run.
         freedom: degrees of freedom of the deviation.
+        pitch_deviation: the same from the scatter of lifter pitches, which a prediction from
+            single seeds finds; None if it has none.
     """
 
     name: str
     slope: float
     deviation: float
     freedom: float
+    pitch_deviation: float | None = None
 
     def bias(self, S: float) -> float:
         """Return the relative error of a scaled mill of the same a / R at S = 1."""
@@ -140,7 +144,7 @@ def learn(prediction: Prediction, origin: dict[str, Any]) -> ErrorModel:
     Raises:
         PredictionError: no observable could be extrapolated.
     """
-    rows = [x for number in prediction.numbers if (x := _learnt(number))]
+    rows = [x for number in prediction.numbers if (x := _learnt(number, prediction.runs))]
     if prediction.contour:
         contour = prediction.contour
         reach = contour.shifts[-1].S, contour.shifts[0].S
@@ -168,9 +172,10 @@ def learn(prediction: Prediction, origin: dict[str, Any]) -> ErrorModel:
     )
 
 
-def _learnt(number: PredictedNumber) -> ObservableError | None:
+def _learnt(number: PredictedNumber, runs: Sequence[Charge]) -> ObservableError | None:
     if number.found is None or number.noise is None:
         return None
+    of_pitches = pitch_noise(number.observable.measured_as, runs)
     near, far = number.measured[0], number.measured[-1]
     unit = unit_of(number)
     return ObservableError(
@@ -178,6 +183,7 @@ def _learnt(number: PredictedNumber) -> ObservableError | None:
         (far.mean - near.mean) / number.scale / _reach(far.S, near.S) / unit,
         number.noise.deviation / unit,
         number.noise.freedom,
+        of_pitches.deviation / unit if of_pitches else None,
     )
 
 
@@ -214,7 +220,16 @@ def planned_noise(error: ObservableError, model: ErrorModel, runs: Sequence[Plan
     """
     variance = math.fsum(map(model.of_run, runs)) / len(runs)
     freedom = planned_freedom(error.name, [(run.S, run.pitches) for run in runs])
-    return Noise(error.deviation * math.sqrt(variance), freedom)
+    deviation = learnt_deviation(error, [run.S for run in runs])
+    return Noise(deviation * math.sqrt(variance), freedom)
+
+
+def learnt_deviation(error: ObservableError, ratios: Sequence[float]) -> float:
+    """Return the noise that a prediction finds from runs of these S, one entry for each run: of the
+    seeds if there are enough, else of the lifter pitches."""
+    if error.pitch_deviation is None or _has_seeds(ratios):
+        return error.deviation
+    return error.pitch_deviation
 
 
 def planned_freedom(name: str, runs: Iterable[tuple[float, float]]) -> float:
@@ -227,14 +242,19 @@ def planned_freedom(name: str, runs: Iterable[tuple[float, float]]) -> float:
         ExtrapolationError: the runs have too few seeds to find it.
     """
     runs = list(runs)
-    seeds = len(runs) - len({S for S, _ in runs})
-    if seeds >= FEWEST_SEED_FREEDOM:
-        return float(seeds)
+    ratios = [S for S, _ in runs]
+    if _has_seeds(ratios):
+        return float(len(ratios) - len(set(ratios)))
     if name == CONTOUR:
         return float(len(runs) * (BLOCKS - 1))
     if measured_as(name) in WITH_PITCHES:
         return math.fsum(max(pitches - 1.0, 1.0) for _, pitches in runs)
     raise ExtrapolationError(f"{name}: its noise is found from three seeds at least")
+
+
+def _has_seeds(ratios: Sequence[float]) -> bool:
+    """Return whether runs of these S have enough seeds for the noise."""
+    return len(ratios) - len(set(ratios)) >= FEWEST_SEED_FREEDOM
 
 
 def prior_of(name: str) -> Prior:

@@ -47,13 +47,19 @@ def noise_of(
     freedom = sum(len(group.values) - 1 for group in groups)
     if freedom >= FEWEST_SEED_FREEDOM:
         return pooled_noise(groups), SEEDS
+    if of_pitches := pitch_noise(name, charges):
+        return of_pitches, PITCHES
+    return (pooled_noise(groups), SEEDS) if freedom else (None, "")
+
+
+def pitch_noise(name: str, charges: Sequence[Charge]) -> Noise | None:
+    """Return the noise of one run from the lifter pitches of all; None if a run has none."""
     errors = [pitch_error(charge, name) for charge in charges]
     known = [error for error in errors if error is not None]
-    if known and len(known) == len(charges):
-        count = sum(charge.result.pitches - 1 for charge in charges)
-        deviation = math.sqrt(math.fsum(error**2 for error in known) / len(known))
-        return Noise(deviation, float(count)), PITCHES
-    return (pooled_noise(groups), SEEDS) if freedom else (None, "")
+    if not known or len(known) < len(charges):
+        return None
+    count = sum(charge.result.pitches - 1 for charge in charges)
+    return Noise(math.sqrt(math.fsum(error**2 for error in known) / len(known)), float(count))
 
 
 def pitch_error(charge: Charge, name: str) -> float | None:

@@ -23,7 +23,13 @@ from typing import Protocol
 
 from millscale.formats import duration
 from millscale.prediction.advise import LEAST_SPREAD, RATIOS, Design
-from millscale.prediction.error_model import EXPONENT, ErrorModel, planned_freedom, prior_of
+from millscale.prediction.error_model import (
+    EXPONENT,
+    ErrorModel,
+    learnt_deviation,
+    planned_freedom,
+    prior_of,
+)
 from millscale.prediction.extrapolation import (
     SAME_S,
     ExtrapolationError,
@@ -463,7 +469,8 @@ class _Candidates:
             added = math.fsum(group) / len(group) if group else law(S)
             values[there] = (*group, added)
         runs = [(S, self._pitches(S)) for S, group in values.items() for _ in group]
-        deviation = track.noise.deviation if track.noise else self._deviation(error.deviation)
+        learnt = learnt_deviation(error, [S for S, _ in runs])
+        deviation = track.noise.deviation if track.noise else self._deviation(learnt)
         try:
             noise = Noise(deviation, planned_freedom(name, runs))
             groups = [Group(S, group) for S, group in values.items()]
