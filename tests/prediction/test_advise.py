@@ -313,12 +313,17 @@ def test_the_command_writes_the_campaign_and_overwrites_none(tmp_path):
     assert isinstance(again.exception, PredictionError) and "exists" in str(again.exception)
 
 
-@pytest.mark.parametrize("policies", [["paper", "friction-matched"], ["friction-matched"]])
-def test_a_plan_keeps_the_friction_exponent_of_its_policy(tmp_path, policies):
-    changes = {"scaling__policies": policies, "scaling__friction_exponent": 1.2}
-    charge = {"filling": 0.3, "rotation_angle_rad": 12.0, "step_s": 2e-4}
-    file = write_campaign(tmp_path, single_ball=None, multi_ball=charge, **changes)
+def test_friction_matched_mills_are_not_planned(tmp_path):
+    """Their intervals do not hold; a policy that comes before is planned, without the exponent."""
+
+    def campaign(*policies):
+        changes = {"scaling__policies": list(policies), "scaling__friction_exponent": 1.2}
+        charge = {"filling": 0.3, "rotation_angle_rad": 12.0, "step_s": 2e-4}
+        return write_campaign(tmp_path, single_ball=None, multi_ball=charge, **changes)
+
+    with pytest.raises(CampaignError, match=r"friction-matched comes first.* such as paper"):
+        advise(campaign("friction-matched"), 0.02, (ERRORS,))
+    file = campaign("paper", "friction-matched")
     file.write_text(advise(file, 0.02, (ERRORS,)).text)
-    (policy,) = load_campaign(file).parts[0].policies
-    assert policy == policies[0]
-    assert load_campaign(file).friction_exponent == (1.2 if policy != "paper" else 1.0)
+    assert load_campaign(file).parts[0].policies == ("paper",)
+    assert load_campaign(file).friction_exponent == 1.0
