@@ -45,6 +45,9 @@ def draw_errors(content: Mapping[str, Any], file: Path) -> Figure:
             title = f"S = {S:.4g}"
             axes.set_title(f"{title}\n{scheme}" if several_schemes else title, fontsize=9.5)
             axes.set_xlabel("error")
+        sizes = [abs(x[key]["value"]) for x in rows for key in LOOKS]
+        # The panels share their axes; none of the points is outside.
+        every[0].set_xlim(0.05, 1.5 * max(sizes, default=1.0))
         every[0].set_yticks(range(len(names)), [label for _, label in names])
         every[0].invert_yaxis()
         handles, labels = every[0].get_legend_handles_labels()
@@ -71,7 +74,6 @@ def _panel(axes: Axes, rows: Sequence[Mapping[str, Any]], names: Sequence[str]) 
             axes.plot(middle[key], place, ls="none", ms=6.5, zorder=3,
                       label=None if place else NAMES[key], **look)  # fmt: skip
     axes.set_xscale("log")
-    axes.set_xlim(0.05, None)
     axes.xaxis.set_major_locator(LogLocator(numticks=6))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
