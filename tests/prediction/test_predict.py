@@ -135,7 +135,7 @@ def test_the_physical_friction_of_matched_mills_is_that_of_the_mill(tmp_path):
     cases += [charge_case(S, 1, policy="friction-matched") for S in (1.696, 2.6)]
     prediction = predict([write_mills(tmp_path, *cases)])
     assert prediction.policy == "friction-matched"
-    assert any("six in ten of their intervals hold" in line for line in prediction.warnings)
+    assert any("three in four of their intervals hold" in line for line in prediction.warnings)
 
 
 def test_mills_of_two_friction_exponents_are_no_series(tmp_path):

@@ -243,7 +243,7 @@ def warnings_of(charges: Sequence[Charge]) -> Iterable[str]:
     """Yield what may mislead about the charges of a prediction."""
     if any(charge.policy == FRICTION_MATCHED for charge in charges):
         yield (
-            "the errors of friction-matched mills change sign with S: six in ten of their "
+            "the errors of friction-matched mills change sign with S: three in four of their "
             "intervals hold, not 95 % (docs/results/coverage.md); predict from mills of policy "
             "paper"
         )
