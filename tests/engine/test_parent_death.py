@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import psutil
@@ -84,6 +85,18 @@ def test_the_lock_of_a_living_process_is_not_waited_for(family, tmp_path):
     with pytest.raises(CampaignError, match=f"in use by process {parent.pid} on"), hold(tmp_path):
         pass
     assert time.monotonic() - begin < 5.0
+
+
+def test_a_living_holder_is_waited_for_as_long_as_asked(family, tmp_path):
+    """A stage of a killed command may still be ending when the command is repeated."""
+    parent, _ = family(delay=0)
+    end = threading.Timer(1.0, parent.kill)
+    end.start()
+    begin = time.monotonic()
+    with hold(tmp_path, patience_s=20.0):
+        assert time.monotonic() - begin > 0.5
+    end.join()
+    parent.wait()
 
 
 def test_a_job_that_a_killed_workflow_had_just_begun_is_ended(tmp_path):

@@ -170,6 +170,7 @@ def test_an_engine_stage_keeps_its_folder_for_the_next_attempt(rotated, monkeypa
 
 def test_a_case_is_worked_on_by_one_stage_at_a_time(case, monkeypatch):
     work(monkeypatch, lambda task: (task.part / "charge.data").touch())
+    monkeypatch.setattr("millscale.workflow.run_stage.PATIENCE_S", 0.5)
     with hold(case), pytest.raises(CampaignError, match="in use by process"):
         run_stage(case, "charge")
     assert run_stage(case, "charge") == 0

@@ -21,11 +21,12 @@ _ENDING_S = 20.0
 
 
 @contextmanager
-def hold(folder: Path, wait: bool = False) -> Iterator[int]:
+def hold(folder: Path, wait: bool = False, patience_s: float = 0.0) -> Iterator[int]:
     """Hold the lock of a folder, made if it does not exist; yields the file descriptor.
 
     If the lock is held, raise an error, or wait. Children of a holder that was killed get some
-    seconds to end. Taking the lock also checks that no link leaves the runs folder.
+    seconds to end, and a holder that still runs gets `patience_s` [s]. Taking the lock also checks
+    that no link leaves the runs folder.
 
     A child that inherits the descriptor keeps the lock until it ends too: so an engine that
     outlives its stage, or a workflow that outlives its command, still keeps others out.
@@ -38,7 +39,7 @@ def hold(folder: Path, wait: bool = False) -> Iterator[int]:
     check_folder(folder)
     descriptor = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
     try:
-        _take(descriptor, folder, wait)
+        _take(descriptor, folder, wait, patience_s)
         try:
             yield descriptor
         finally:
@@ -48,12 +49,12 @@ def hold(folder: Path, wait: bool = False) -> Iterator[int]:
         os.close(descriptor)
 
 
-def _take(descriptor: int, folder: Path, wait: bool) -> None:
-    give_up = time.monotonic() + _ENDING_S
+def _take(descriptor: int, folder: Path, wait: bool, patience_s: float) -> None:
+    begin = time.monotonic()
     while not _free(descriptor, wait):
         holder = os.pread(descriptor, _HOLDER_BYTES, 0).decode("utf-8", errors="replace")
         holder = holder or "another process"
-        if is_gone(holder) and time.monotonic() < give_up:
+        if time.monotonic() < begin + (_ENDING_S if is_gone(holder) else patience_s):
             time.sleep(0.1)
             continue
         raise CampaignError(

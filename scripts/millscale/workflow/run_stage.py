@@ -36,6 +36,9 @@ from millscale.workflow import failures, stage_record
 from millscale.workflow.by_hand import HandRun, check_replaced, hand_provenance, is_there, take_over
 from millscale.workflow.stage_work import WORK, Task, is_complete, provenance_of
 
+# A stage of a killed command ends within seconds; a repeated command waits for it [s].
+PATIENCE_S = 10.0
+
 
 def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
     """Run one stage; return 0, or 1 if it failed, or 130 if it was interrupted.
@@ -46,7 +49,7 @@ def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
     """
     case = load_case(folder)
     stage = stage_of(case.kind, name)
-    with hold(folder) as lock:
+    with hold(folder, patience_s=PATIENCE_S) as lock:
         record, kills = stage_record.begin(folder, name, case.digest), failures.memory_kills()
         task = Task(stage, case, folder, ranks, lock)
         try:
