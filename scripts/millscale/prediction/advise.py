@@ -18,7 +18,6 @@ from scipy.special import stdtrit
 from millscale.errors import PredictionError, nearest
 from millscale.formats import duration
 from millscale.prediction.error_model import (
-    CONTOUR,
     ErrorModel,
     ObservableError,
     expected_half_width,
@@ -26,7 +25,6 @@ from millscale.prediction.error_model import (
     planned_noise,
 )
 from millscale.prediction.extrapolation import ExtrapolationError
-from millscale.prediction.observables import OBSERVABLES
 from millscale.prediction.planned import (
     SLICE_DIAMETERS,
     SPIN_UP_RAD,
@@ -259,9 +257,8 @@ def names_of(texts: Iterable[str], model: ErrorModel) -> list[str]:
             near = nearest(name, [*short, *known])
             hint = f', nearest is "{near}"' if near else ""
             raise PredictionError(
-                f'--observable: got "{name}"{hint}; accepted: {", ".join(short)} '
-                f"(of {', '.join(row.name for row in OBSERVABLES)} and {CONTOUR}, "
-                "those whose errors are known)"
+                f'--observable: got "{name}"{hint}; accepted, as their errors are known: '
+                f"{', '.join(short)}"
             )
     found = [short.get(name, name) for name in wanted] or [x for x in USUAL if x in known]
     return list(dict.fromkeys(found))
