@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from millscale.campaign.keys import FRICTION_MATCHED
 from millscale.report.figures.style import STYLE
 
 # Colour-blind safe (Okabe and Ito); the mark differs as well.
@@ -98,7 +99,8 @@ def _predictions(
         axes.plot([x, x], [error, width], color=look["color"], lw=1.0, alpha=0.5)
         axes.plot(x, width, marker="_", ms=8, color=look["color"], alpha=0.7, ls="none")
         axes.plot(x, error, ms=7, ls="none", label=f"two mills, extrapolated, {policy}", **look)
-        if with_S:
+        # Intervals of friction-matched mills do not hold: their pairs stay without names.
+        if with_S and policy != FRICTION_MATCHED:
             pair = ", ".join(f"{S:.4g}" for S in ratios)
             axes.annotate(pair, (x, error), xytext=(6, -9), textcoords="offset points",
                           fontsize=7.5, color=look["color"])  # fmt: skip
