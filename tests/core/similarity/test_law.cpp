@@ -234,8 +234,7 @@ TEST(LawErrors, FrictionExponentIsInRangeAndOfFrictionMatchedOnly)
   for (const Policy policy : {Policy::paper, Policy::corrected, Policy::offset_liner}) {
     ScalingRequest wanted = request(2.6, Scheme::constant_gravity, policy);
     wanted.friction_exponent = 1.1;
-    EXPECT_NE(error_of(paper_mill, wanted).find("only policy friction-matched"),
-              std::string::npos);
+    EXPECT_NE(error_of(paper_mill, wanted).find("only policy friction-matched"), std::string::npos);
   }
 }
 
