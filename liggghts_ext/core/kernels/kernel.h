@@ -44,7 +44,10 @@ struct Sums {
                         ///< afterwards, for local particles, that of this step
 };
 
-/// What the force of all pairs needs. Nothing is owned here.
+/// What the force of all pairs needs. Nothing is owned here. Kernels `of rows` read positions,
+/// velocities, spins, masses, radii and damping shares of all particles in `rows`, and add to the
+/// force rows, which the caller clears. Of `particles` they read the types and counts, and of
+/// `sums` nothing. The force rows of ghosts are not to be read.
 struct Task {
   neighbor::Particles particles;
   const Rows* rows;  ///< as many as particles, in the kernel's precision
@@ -66,6 +69,8 @@ struct Implementation {
   Evaluate evaluate;                  ///< in double precision
   Evaluate evaluate_mixed;  ///< overlaps and sums over time in double precision, all else in single
                             ///< precision; null if there is none
+  Evaluate evaluate_rows;   ///< of rows, in double precision; null if there is none
+  Evaluate evaluate_rows_mixed;  ///< of rows, in mixed precision; null if there is none
   neighbor::ListPartners list_partners;
 };
 

@@ -217,15 +217,20 @@ void add_single_forces(const Task& task)
 
 }  // namespace
 
-void evaluate_mixed(const Task& task)
+void evaluate_rows_mixed(const Task& task)
 {
-  fill_single_rows(task);
   evaluate_list<Singles, lanes>(
       task,
       [&](int entry) {
         prefetch_contact(task, entry, task.rows->single_velocity, task.rows->single_force);
       },
       [&](const int* entry, int count, const Law& law) { evaluate_pack(task, entry, count, law); });
+}
+
+void evaluate_mixed(const Task& task)
+{
+  fill_single_rows(task);
+  evaluate_rows_mixed(task);
   add_single_forces(task);
 }
 

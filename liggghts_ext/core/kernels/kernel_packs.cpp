@@ -151,13 +151,18 @@ int* list_partners(const neighbor::Candidates& candidates, neighbor::Centre cent
   return out;
 }
 
-void evaluate(const Task& task)
+void evaluate_rows(const Task& task)
 {
-  fill_rows(task);
   evaluate_list<Pack, width>(
       task,
       [&](int entry) { prefetch_contact(task, entry, task.rows->velocity, task.rows->force); },
       [&](const int* entry, int count, const Law& law) { evaluate_pack(task, entry, count, law); });
+}
+
+void evaluate(const Task& task)
+{
+  fill_rows(task);
+  evaluate_rows(task);
   add_forces(task);
 }
 

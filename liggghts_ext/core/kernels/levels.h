@@ -12,11 +12,15 @@ int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 namespace v3 {
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
+void evaluate_rows(const Task&);
+void evaluate_rows_mixed(const Task&);
 int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v3
 namespace v4 {
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
+void evaluate_rows(const Task&);
+void evaluate_rows_mixed(const Task&);
 int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v4
 

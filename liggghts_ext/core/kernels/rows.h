@@ -28,7 +28,8 @@ struct alignas(32) SingleForceRow {
   float force[3], damping, torque[3], padding;
 };
 
-/// Rows of all particles, local and ghost. Velocity and force rows exist in one of the precisions.
+/// Rows of all particles, local and ghost. Force rows exist in one of the precisions, velocity rows
+/// in one or both.
 struct Rows {
   PositionRow* position;
   VelocityRow* velocity;
@@ -41,11 +42,12 @@ struct Rows {
 class RowStore {
  public:
   /// Make zeroed rows for `count` particles. Ghosts' force rows accumulate and are never read, so
-  /// they are cleared before a ghost's row becomes that of a local particle.
-  Rows resize(std::size_t count, bool single = false)
+  /// they are cleared before a ghost's row becomes that of a local particle. `double_velocities`
+  /// makes the velocity rows of double precision also where the others are `single`.
+  Rows resize(std::size_t count, bool single = false, bool double_velocities = false)
   {
     position_.resize(count);
-    velocity_.resize(single ? 0 : count);
+    velocity_.resize(single && !double_velocities ? 0 : count);
     force_.assign(single ? 0 : count, ForceRow{});
     single_velocity_.resize(single ? count : 0);
     single_force_.assign(single ? count : 0, SingleForceRow{});

@@ -32,10 +32,12 @@ struct Evaluation {
   std::vector<std::array<double, 3>> force, torque;
   std::vector<double> damping;  ///< of each ball, one step earlier
   contact::ContactTerms terms;
+  std::vector<contact::ContactLaw<double>> laws;  ///< of the pairs of types
   bool advance = true, reset_on_separation = true;
 
   explicit Evaluation(const Cloud& c, double gap = 0.005) : cloud(c)
   {
+    for (const auto& m : materials) laws.push_back(contact::contact_law(m));
     build_within(list, cloud, gap, best_implementation().list_partners);
     std::mt19937 random(11);
     std::normal_distribution<double> normal;
@@ -62,26 +64,66 @@ struct Evaluation {
     return one && !type.empty() ? type[0] : 0;
   }
 
+  Task task(const Rows& rows)
+  {
+    return {cloud.view(),
+            &rows,
+            {list.entries, list.own.data(), list.other.data(), list.touching.data(),
+             list.displacement.data()},
+            {laws.data(), 2, only_type()},
+            terms,
+            {dt, advance, reset_on_separation},
+            {reinterpret_cast<double(*)[3]>(force.data()),
+             reinterpret_cast<double(*)[3]>(torque.data()), damping.data()}};
+  }
+
   /// Evaluate. With `sums`, evaluate with the energy budget.
   void with(const Implementation& kernel, millscale::energy::PairSums* sums = nullptr)
   {
-    std::vector<contact::ContactLaw<double>> laws;
-    for (const auto& m : materials) laws.push_back(contact::contact_law(m));
     RowStore store;
     const Rows rows = store.resize(cloud.all(), is_mixed(kernel) && !sums);
-    const Task task{cloud.view(),
-                    &rows,
-                    {list.entries, list.own.data(), list.other.data(), list.touching.data(),
-                     list.displacement.data()},
-                    {laws.data(), 2, only_type()},
-                    terms,
-                    {dt, advance, reset_on_separation},
-                    {reinterpret_cast<double(*)[3]>(force.data()),
-                     reinterpret_cast<double(*)[3]>(torque.data()), damping.data()}};
+    const Task task = this->task(rows);
     if (!sums) return kernel.evaluate(task);
     sums->clear(cloud.nlocal());
     sums->begin_list(list.touching.data(), list.entries);
     evaluate_with_budget(task, *sums);
+  }
+
+  /// Evaluate rows, which are filled here. The engine's arrays are not there.
+  void with_rows(const Implementation& kernel)
+  {
+    const bool single = is_mixed(kernel);
+    RowStore store;
+    const Rows rows = store.resize(cloud.all(), single);
+    for (int i = 0; i < cloud.all(); ++i) {
+      const auto &x = cloud.position[i], &v = cloud.velocity[i], &w = cloud.spin[i];
+      const double share = terms.limited_damping ? damping_share(i) : 0.0;
+      rows.position[i] = {x[0], x[1], x[2], cloud.radius[i]};
+      if (!single)
+        rows.velocity[i] = {{v[0], v[1], v[2]}, cloud.mass[i], {w[0], w[1], w[2]}, share};
+      else
+        rows.single_velocity[i] = {{float(v[0]), float(v[1]), float(v[2])},
+                                   float(cloud.mass[i]),
+                                   {float(w[0]), float(w[1]), float(w[2])},
+                                   float(share)};
+    }
+    Task task = this->task(rows);
+    task.particles = {nullptr, nullptr,           nullptr,        nullptr,
+                      nullptr, cloud.type.data(), cloud.nlocal(), cloud.ghosts};
+    task.sums = {};
+    kernel.evaluate_rows(task);
+    for (int i = 0; i < cloud.nlocal(); ++i)
+      single ? add(rows.single_force[i], i) : add(rows.force[i], i);
+  }
+
+  template <class Row>
+  void add(const Row& row, int i)
+  {
+    for (int d = 0; d < 3; ++d) {
+      force[i][d] += row.force[d];
+      torque[i][d] += row.torque[d];
+    }
+    if (terms.limited_damping && advance) damping[i] = row.damping;
   }
 
   double separation_squared(int i, int j) const

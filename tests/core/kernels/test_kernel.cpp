@@ -116,6 +116,35 @@ TEST(Kernel, HasEveryChoiceOfTerms)
     }
 }
 
+TEST(Kernel, OfRowsGivesTheSameBits)
+{
+  for (const Implementation& kernel : kernels())
+    for (unsigned choice = 0; kernel.evaluate_rows && choice < 64; ++choice) {
+      Evaluation start(random_cloud({200, 0.2, 0.01, 0.03, 1 + int(choice & 1), 50}, 14));
+      start.terms = {bool(choice & 2), bool(choice & 4), bool(choice & 8), bool(choice & 16)};
+      start.advance = start.reset_on_separation = choice & 32;
+      Evaluation of_rows = start;
+      start.with(kernel);
+      of_rows.with_rows(kernel);
+      SCOPED_TRACE(kernel.name + (" " + std::to_string(choice)));
+      EXPECT_GT(largest(start.force), 0.0);
+      EXPECT_EQ(of_rows.force, start.force);
+      EXPECT_EQ(of_rows.torque, start.torque);
+      EXPECT_EQ(of_rows.damping, start.damping);
+      EXPECT_EQ(of_rows.list.touching, start.list.touching);
+      EXPECT_EQ(of_rows.list.displacement, start.list.displacement);
+    }
+}
+
+TEST(RowStore, HoldsTheRowsOfAPrecisionAndVelocitiesOfBothIfAsked)
+{
+  RowStore store;
+  const Rows both = store.resize(3, true, true);
+  EXPECT_TRUE(both.velocity && both.single_velocity && both.single_force && !both.force);
+  RowStore single;
+  EXPECT_FALSE(single.resize(3, true).velocity);
+}
+
 TEST(Kernel, LimitsTheDampingByThatOfTheStepBefore)
 {
   for (const Implementation& kernel : kernels()) {

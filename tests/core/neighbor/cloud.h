@@ -95,6 +95,7 @@ inline std::vector<millscale::kernels::Implementation> kernels()
   for (auto kernel : found)
     if (kernel.evaluate_mixed) {
       kernel.evaluate = kernel.evaluate_mixed;
+      kernel.evaluate_rows = kernel.evaluate_rows_mixed;
       kernel.name = "mixed";
       mixed.push_back(kernel);
     }
