@@ -167,12 +167,34 @@ void FixWallMill::setup(int)
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
-  evaluate(0.0);
+  add_forces(0.0);
 }
 
 void FixWallMill::post_force(int)
 {
-  evaluate(update->dt);
+  add_forces(update->dt);
+}
+
+/// Evaluate the contacts of the engine's balls and add the forces to the engine's arrays.
+void FixWallMill::add_forces(double dt)
+{
+  const auto vectors = [](double** rows) { return BallVectors{rows ? rows[0] : nullptr, 3}; };
+  const bool limited = damping_ && atom->nlocal > 0;
+  const WallInput input{vectors(atom->x), vectors(atom->v), vectors(atom->omega),
+                        limited ? BallNumbers(&damping_->of_ball(0), 1) : BallNumbers()};
+  const std::vector<WallForce>& forces = evaluate(input, dt);
+  const std::size_t count = forces.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    if (k + ahead < count) {
+      __builtin_prefetch(atom->f[forces[k + ahead].ball], 1);
+      __builtin_prefetch(atom->torque[forces[k + ahead].ball], 1);
+    }
+    const WallForce& on_ball = forces[k];
+    const int i = on_ball.ball;
+    for (int d = 0; d < 3; ++d) atom->f[i][d] += on_ball.force[d];
+    for (int d = 0; d < 3; ++d) atom->torque[i][d] += on_ball.torque[d];
+    if (limited) damping_->of_ball(i) += on_ball.damping;
+  }
 }
 
 FixWallMill::MillNow FixWallMill::mill_now() const
@@ -184,36 +206,36 @@ FixWallMill::MillNow FixWallMill::mill_now() const
           {speed * axis[0], speed * axis[1], speed * axis[2]}};
 }
 
-void FixWallMill::evaluate(double dt)
+const std::vector<WallForce>& FixWallMill::evaluate(const WallInput& input, double dt)
 {
   const MillNow mill = mill_now();
   std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
   torque_on_turning_ = {};
-  find_near(mill);
+  forces_.clear();
+  find_near(input, mill);
   const std::size_t count = near_.size();
   for (std::size_t k = 0; k < count; ++k) {
-    if (k + ahead < count) fetch_ahead(near_[k + ahead]);
-    look_at(near_[k], mill, dt);
+    if (k + ahead < count) fetch_ahead(input, near_[k + ahead]);
+    look_at(input, near_[k], mill, dt);
   }
+  return forces_;
 }
 
 /// Prefetch the scattered data of a ball while other balls are evaluated.
-void FixWallMill::fetch_ahead(const Near& near) const
+void FixWallMill::fetch_ahead(const WallInput& input, const Near& near) const
 {
   const int i = near.ball;
-  __builtin_prefetch(atom->x[i]);
+  __builtin_prefetch(input.position[i]);
   if (near.clear > 0.0) return;
-  __builtin_prefetch(atom->v[i]);
-  __builtin_prefetch(atom->omega[i]);
-  __builtin_prefetch(atom->f[i], 1);
-  __builtin_prefetch(atom->torque[i], 1);
+  __builtin_prefetch(input.velocity[i]);
+  __builtin_prefetch(input.spin[i]);
   for (int k = 0; k < history_size; k += 8) __builtin_prefetch(row(i) + k, 1);
 }
 
 /// List the balls that may touch the wall or did; most balls of a mill do neither. Between two
 /// neighbour lists no ball moves by more than half the skin, if the engine checks displacements. So
 /// balls farther from liner and ends are checked only at the next list.
-void FixWallMill::find_near(const MillNow& mill)
+void FixWallMill::find_near(const WallInput& input, const MillNow& mill)
 {
   const bool sorted_anew = neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal;
   const bool engine_watches =
@@ -226,9 +248,8 @@ void FixWallMill::find_near(const MillNow& mill)
   const double clear = liner_->clear_radius() - margin;
   near_.clear();
   for (int i = 0; i < atom->nlocal; ++i) {
-    const double* x = atom->x[i];
     const double radius = atom->radius[i], reach = std::max(0.0, clear - radius);
-    const Vector arm = mill.frame.arm(x);
+    const Vector arm = mill.frame.arm(input.position[i]);
     const double along = millscale::dot(arm, mill.frame.axis());
     const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
     const bool clear_of_ends = along - radius > low && along + radius < high;
@@ -255,10 +276,10 @@ struct FixWallMill::Contacts {
 
 /// In the turning frame the liner is at rest. A ball cannot touch the liner until it has moved by
 /// the distance of its last check.
-void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
+void FixWallMill::look_at(const WallInput& input, Near& near, const MillNow& mill, double dt)
 {
   const int i = near.ball;
-  const Vector arm = mill.frame.arm(atom->x[i]);
+  const Vector arm = mill.frame.arm(input.position[i]);
   const millscale::MillPoint p = mill.frame.components(arm).in_turning_frame(mill.turn);
   const liner::Point centre = liner::section(p), way = centre - near.seen;
   const double along = p.along, rise = along - near.along;
@@ -272,7 +293,7 @@ void FixWallMill::look_at(Near& near, const MillNow& mill, double dt)
   near.clear = near.last.clear;
   if (ends_) touch_ends(mill, near, radius, found);
   if (found.count > 0) near.clear = 0.0;
-  if (found.count > 0 || touching_[i] != 0) press_all(i, mill, arm, found, dt);
+  if (found.count > 0 || touching_[i] != 0) press_all(input, i, mill, arm, found, dt);
 }
 
 void FixWallMill::touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const
@@ -301,18 +322,18 @@ void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Con
 }
 
 /// Evaluate a ball's contacts with the histories in the ball's row, and store the new histories.
-void FixWallMill::press_all(int i, const MillNow& mill, const Vector& arm, Contacts& found,
-                            double dt)
+void FixWallMill::press_all(const WallInput& input, int i, const MillNow& mill, const Vector& arm,
+                            Contacts& found, double dt)
 {
   double* history = row(i);
   double next[history_size] = {};
-  const double share = terms_.limited_damping ? damping_share(i, found, dt) : 0.0;
+  const double share = terms_.limited_damping ? damping_share(input, i, found, dt) : 0.0;
   touching_[i] = 0;
   for (int c = 0; c < found.count; ++c) {
     const double key = found.contact[c].key;
     Vector displacement = displacement_of(key, history);
     if (ledger_) found.contact[c].continued = holds(key, history);
-    press(i, mill, arm, found.contact[c], dt, displacement, share);
+    press(input, i, mill, arm, found.contact[c], dt, displacement, share);
     next[c * slot_size] = key;
     touching_[i] |= is_groove(*liner_, key) ? on_groove : on_wall;
     std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
@@ -328,10 +349,11 @@ const contact::ContactLaw<double>& FixWallMill::law_of(int i) const
 /// Return the ball's contribution to the divisor of the tangential damping of its contacts with the
 /// wall. The sum is over all contacts of the ball. The pair style has just stored the sum over
 /// contacts with balls; this adds the contacts with the wall.
-double FixWallMill::damping_share(int i, const Contacts& found, double dt) const
+double FixWallMill::damping_share(const WallInput& input, int i, const Contacts& found,
+                                  double dt) const
 {
   const contact::ContactLaw<double>& law = law_of(i);
-  double damping = damping_ ? damping_->of_ball(i) : 0.0;
+  double damping = damping_ ? input.damping[i] : 0.0;
   for (int c = 0; c < found.count; ++c) {
     const double a = contact::contact_radius(atom->radius[i], found.contact[c].overlap);
     damping += law.tangential_damping * contact::damping_scale(a, atom->rmass[i]);
@@ -339,8 +361,9 @@ double FixWallMill::damping_share(int i, const Contacts& found, double dt) const
   return contact::damping_share(damping, atom->rmass[i], dt);
 }
 
-void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Contact& contact,
-                        double dt, Vector& displacement, double damping_share)
+void FixWallMill::press(const WallInput& input, int i, const MillNow& mill, const Vector& arm,
+                        const Contact& contact, double dt, Vector& displacement,
+                        double damping_share)
 {
   const double radius = atom->radius[i];
   contact::BallOnWall touch{contact.normal, contact.overlap, radius, atom->rmass[i], {}, {},
@@ -349,25 +372,25 @@ void FixWallMill::press(int i, const MillNow& mill, const Vector& arm, const Con
   for (int d = 0; d < 3; ++d) lever[d] = arm[d] - (radius - contact.overlap) * contact.normal[d];
   const Vector wall_velocity = contact.turns ? millscale::cross(mill.omega, lever) : Vector{};
   for (int d = 0; d < 3; ++d) {
-    touch.velocity[d] = atom->v[i][d] - wall_velocity[d];
-    touch.spin[d] = atom->omega[i][d];
+    touch.velocity[d] = input.velocity[i][d] - wall_velocity[d];
+    touch.spin[d] = input.spin[i][d];
   }
   const auto on_wall = contact::contact_of(touch);
   const auto result = contact::contact_force(on_wall, law_of(i), terms_, dt, dt > 0.0);
   displacement = millscale::to_array(result.displacement);
-  if (damping_ && dt > 0.0) damping_->of_ball(i) += result.damping;
   const Vector force = millscale::to_array(result.force);
   const Vector torque = millscale::to_array(result.torque_i);
   // Total change of the ball's angular momentum about the mill's origin, its own spin included.
   Vector moment = millscale::cross(arm, force);
   for (int d = 0; d < 3; ++d) moment[d] += torque[d];
   for (int d = 0; d < 3; ++d) {
-    atom->f[i][d] += force[d];
-    atom->torque[i][d] += torque[d];
     on_wall_[d] -= force[d];
     on_wall_[3 + d] -= moment[d];
     if (contact.turns) torque_on_turning_[d] -= moment[d];
   }
+  const double damping = damping_ && dt > 0.0 ? result.damping : 0.0;
+  forces_.push_back(
+      {i, {force[0], force[1], force[2]}, {torque[0], torque[1], torque[2]}, damping});
   if (!ledger_) return;
   const contact::EvaluatedContact evaluated(on_wall, result);
   millscale::energy::ContactSums& sums = ledger_->on_wall();

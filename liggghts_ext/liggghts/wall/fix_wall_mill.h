@@ -10,6 +10,7 @@
 #include "core/liner/end_walls.h"
 #include "liggghts/common/fix_per_ball_rows.h"
 #include "liggghts/mill/liner_arguments.h"
+#include "liggghts/wall/wall_force.h"
 
 namespace LAMMPS_NS {
 
@@ -28,6 +29,12 @@ class FixWallMill : public FixPerBallRows {
   void init() override;
   void setup(int) override;
   void post_force(int) override;
+
+  /// Evaluate the contacts of all local balls at this step and advance their histories by dt [s];
+  /// 0: at set-up. Return the force of each contact, in ascending order of the balls. The caller
+  /// adds the forces. The result is valid until the next call.
+  const std::vector<WallForce>& evaluate(const WallInput& input, double dt);
+
   double compute_vector(int) override;
 
   const std::string& mill_id() const { return mill_id_; }
@@ -78,19 +85,20 @@ class FixWallMill : public FixPerBallRows {
   void check_balls_are_inside() const;
   void read_materials();
   MillNow mill_now() const;
-  void evaluate(double dt);
-  void find_near(const MillNow& mill);
+  void add_forces(double dt);
+  void find_near(const WallInput& input, const MillNow& mill);
   void count_touching();
-  void fetch_ahead(const Near& near) const;
-  void look_at(Near& near, const MillNow& mill, double dt);
+  void fetch_ahead(const WallInput& input, const Near& near) const;
+  void look_at(const WallInput& input, Near& near, const MillNow& mill, double dt);
   void touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const;
   void touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const;
-  void press_all(int i, const MillNow& mill, const millscale::Vector& arm, Contacts& found,
-                 double dt);
-  void press(int i, const MillNow& mill, const millscale::Vector& arm, const Contact& contact,
-             double dt, millscale::Vector& displacement, double damping_share);
+  void press_all(const WallInput& input, int i, const MillNow& mill, const millscale::Vector& arm,
+                 Contacts& found, double dt);
+  void press(const WallInput& input, int i, const MillNow& mill, const millscale::Vector& arm,
+             const Contact& contact, double dt, millscale::Vector& displacement,
+             double damping_share);
   const millscale::contact::ContactLaw<double>& law_of(int i) const;
-  double damping_share(int i, const Contacts& found, double dt) const;
+  double damping_share(const WallInput& input, int i, const Contacts& found, double dt) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
@@ -106,6 +114,7 @@ class FixWallMill : public FixPerBallRows {
   FixContactDamping* damping_ = nullptr;  ///< sums of ball-ball contacts, if limited
   std::vector<millscale::contact::ContactLaw<double>> law_of_type_;
   std::vector<Near> near_;             ///< balls that may touch, or did
+  std::vector<WallForce> forces_;      ///< of the last evaluation
   std::vector<signed char> touching_;  ///< contacts of each ball at the last evaluation, as bits
   double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
   millscale::Vector torque_on_turning_{};
