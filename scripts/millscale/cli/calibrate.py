@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import shlex
-import sys
 from typing import Annotated
 
 import typer
 
 from millscale.cli.options import (
     EXIT_FAILED,
-    INTERRUPTED_MESSAGE,
     Campaign,
     IgnoreDisk,
     Jobs,
@@ -21,9 +17,8 @@ from millscale.cli.options import (
     Ranks,
     RunsOption,
     console_of,
+    resumable,
 )
-from millscale.engine.ending_signals import INTERRUPTED
-from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.engine.machine import CoreWish
 
 
@@ -60,15 +55,11 @@ def calibrate(
     from millscale.prediction.calibration_table import calibration_lines, calibration_table
 
     mills = mills_of(file, near, far)
-    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
     # With --json, standard output is for the result.
     progress = console_of(stderr=as_json)
     wish = CoreWish(ranks, jobs, oversubscribe)
-    try:
+    with resumable():
         found = run_and_match(mills, runs, wish, ignore_disk, progress)
-    except KeyboardInterrupt:
-        typer.echo(INTERRUPTED_MESSAGE, err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if found is None:
         raise typer.Exit(EXIT_FAILED)
     if as_json:

@@ -20,7 +20,6 @@ from millscale.cli.calibrate import calibrate
 from millscale.cli.options import (
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
-    INTERRUPTED_MESSAGE,
     Campaign,
     DryRun,
     IgnoreDisk,
@@ -38,13 +37,14 @@ from millscale.cli.options import (
     TimeLimit,
     check_seconds,
     console_of,
+    print_whole,
+    resumable,
 )
 from millscale.cli.predict import predict
 from millscale.cli.solve import solve
 from millscale.cli.study import study
 from millscale.cli.validate import validate
-from millscale.engine.ending_signals import INTERRUPTED
-from millscale.engine.environment import COMMAND_VARIABLE, TIME_LIMIT_VARIABLE
+from millscale.engine.environment import TIME_LIMIT_VARIABLE
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError, EngineError, PredictionError
 from millscale.formats import counted
@@ -110,7 +110,7 @@ def plan(file: Campaign, as_json: Json = False) -> None:
         # One line for each case: indentation is slow, and there may be ten thousand cases.
         typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
-        console_of().print(render_plan(rows))
+        print_whole(render_plan(rows))
 
 
 @app.command()
@@ -131,15 +131,14 @@ def generate(file: Campaign, runs: RunsOption) -> None:
 
     # No engine runs here: attempts may have more ranks than this machine has cores.
     asked = request(file, runs, [], CoreWish(oversubscribe=True))
-    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
-    try:
-        with hold(runs), counting(console_of(stderr=True), "folders") as count:
-            cases = write_cases(file, runs)
-            folders = {runs / CASES_FOLDER / x.id: asked.allocation.ranks[x.id] for x in cases}
-            made, failed = prepare(folders, count)
-    except KeyboardInterrupt:
-        typer.echo("interrupted: finished folders are kept; repeat the command", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    with (
+        resumable("interrupted: finished folders are kept; repeat the command"),
+        hold(runs),
+        counting(console_of(stderr=True), "folders") as count,
+    ):
+        cases = write_cases(file, runs)
+        folders = {runs / CASES_FOLDER / x.id: asked.allocation.ranks[x.id] for x in cases}
+        made, failed = prepare(folders, count)
     for line in failed:
         typer.echo(line, err=True)
     if failed:
@@ -199,12 +198,8 @@ def run(
         check_free_disk(asked)
     if time_limit is not None:
         os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
-    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
-    try:
+    with resumable():
         raise typer.Exit(0 if run_campaign(asked, console_of()) else EXIT_FAILED)
-    except KeyboardInterrupt:
-        typer.echo(INTERRUPTED_MESSAGE, err=True)
-        raise typer.Exit(INTERRUPTED) from None
 
 
 @app.command()

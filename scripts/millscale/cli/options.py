@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
+from rich.console import Console, RenderableType
 
+from millscale.engine.ending_signals import INTERRUPTED
+from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.errors import CampaignError
 from millscale.workflow.targets import TARGETS
 
 EXIT_FAILED = 1
 EXIT_WRONG_INPUT = 2
-INTERRUPTED_MESSAGE = "interrupted: finished stages are kept; repeat the command to resume"
 _WIDTH = 140
+_WIDEST = 100_000
 
 Campaign = Annotated[
     Path, typer.Argument(metavar="FILE", help="Campaign file, such as campaigns/quick.toml.")
@@ -108,6 +114,34 @@ def check_at_least(command: str, option: str, value: int, least: int) -> None:
     """
     if value < least:
         raise CampaignError(f"millscale {command}", option, f"got {value}", f">= {least}")
+
+
+@contextmanager
+def resumable(
+    message: str = "interrupted: finished stages are kept; repeat the command to resume",
+) -> Iterator[None]:
+    """Record this command for provenance.json; after Ctrl-C print a message and exit with 130.
+
+    Raises:
+        typer.Exit: interrupted.
+    """
+    # A command that calls `millscale` keeps its own line in the record.
+    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(message, err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def print_whole(shown: RenderableType) -> None:
+    """Print on standard output; in a pipe or a file no table is cut and no line wrapped."""
+    console = console_of()
+    if not console.is_terminal:
+        # Wider than any table: the console then measures what it needs.
+        console.width = _WIDEST
+        console.width = console.measure(shown).maximum
+    console.print(shown)
 
 
 def console_of(stderr: bool = False) -> Console:

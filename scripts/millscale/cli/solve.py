@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +10,6 @@ import typer
 from millscale.cli.advise import seconds_of, share_of
 from millscale.cli.options import (
     EXIT_FAILED,
-    INTERRUPTED_MESSAGE,
     Campaign,
     IgnoreDisk,
     Jobs,
@@ -21,9 +17,8 @@ from millscale.cli.options import (
     Oversubscribe,
     Ranks,
     console_of,
+    resumable,
 )
-from millscale.engine.ending_signals import INTERRUPTED
-from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.engine.machine import CoreWish
 
 
@@ -81,13 +76,9 @@ def solve(
     if dry_run:
         show_plan(call, console_of())
         return
-    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
-    try:
+    with resumable():
         # With --json, standard output is for the answer.
         answer = solve_mill(call, console_of(stderr=as_json))
-    except KeyboardInterrupt:
-        typer.echo(INTERRUPTED_MESSAGE, err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if as_json:
         typer.echo((runs / ANSWER).read_text(encoding="utf-8").rstrip("\n"))
     raise typer.Exit(0 if answer.is_met else EXIT_FAILED)

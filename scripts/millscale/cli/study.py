@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shlex
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -12,16 +9,14 @@ import typer
 
 from millscale.cli.options import (
     EXIT_FAILED,
-    INTERRUPTED_MESSAGE,
     IgnoreDisk,
     Jobs,
     Json,
     Oversubscribe,
     Ranks,
     console_of,
+    resumable,
 )
-from millscale.engine.ending_signals import INTERRUPTED
-from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError
 
@@ -98,13 +93,9 @@ def study(
         rows = plan(call)
         typer.echo(plan_text(rows)) if as_json else console_of().print(render(rows))
         return
-    os.environ.setdefault(COMMAND_VARIABLE, shlex.join(["millscale", *sys.argv[1:]]))
-    try:
+    with resumable():
         # With --json, standard output is for the results.
         done, _ = run_and_compare(call, console_of(stderr=as_json))
-    except KeyboardInterrupt:
-        typer.echo(INTERRUPTED_MESSAGE, err=True)
-        raise typer.Exit(INTERRUPTED) from None
     if as_json:
         typer.echo(results_text(call))
     raise typer.Exit(0 if done else EXIT_FAILED)

@@ -80,7 +80,11 @@ def _row(case: Case, ranks: int, notes: tuple[str, ...] = ()) -> Row:
 def render_plan(rows: list[Row]) -> Group:
     """Return the plan for a terminal: cases, cost, warnings, what is modelled and left out."""
     table = Table(
-        title=counted(len(rows), "case"), title_justify="left", caption_justify="left", box=None
+        title=counted(len(rows), "case"),
+        title_justify="left",
+        caption_justify="left",
+        box=None,
+        pad_edge=False,
     )
     table.caption = (
         "dt/T_R: step over Rayleigh time; dt/limit: over the damping limit of the bed; "
