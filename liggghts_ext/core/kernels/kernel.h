@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/contact/contact_force.h"
+#include "core/kernels/advance.h"
 #include "core/kernels/rows.h"
 #include "core/neighbor/cells.h"
 #include "core/neighbor/particles.h"
@@ -71,6 +72,7 @@ struct Implementation {
                             ///< precision; null if there is none
   Evaluate evaluate_rows;   ///< of rows, in double precision; null if there is none
   Evaluate evaluate_rows_mixed;  ///< of rows, in mixed precision; null if there is none
+  AdvanceBalls advance;          ///< null if there is none
   neighbor::ListPartners list_partners;
 };
 

@@ -10,6 +10,7 @@ void evaluate(const Task&);
 int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v2
 namespace v3 {
+Advanced advance(const Advance&);
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
 void evaluate_rows(const Task&);
@@ -17,6 +18,7 @@ void evaluate_rows_mixed(const Task&);
 int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v3
 namespace v4 {
+Advanced advance(const Advance&);
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
 void evaluate_rows(const Task&);

@@ -28,6 +28,15 @@ struct alignas(32) SingleForceRow {
   float force[3], damping, torque[3], padding;
 };
 
+/// Copy a velocity row to single precision.
+inline void to_single(const VelocityRow& from, SingleVelocityRow& to)
+{
+  for (int d = 0; d < 3; ++d) to.velocity[d] = static_cast<float>(from.velocity[d]);
+  for (int d = 0; d < 3; ++d) to.spin[d] = static_cast<float>(from.spin[d]);
+  to.mass = static_cast<float>(from.mass);
+  to.damping_share = static_cast<float>(from.damping_share);
+}
+
 /// Rows of all particles, local and ghost. Force rows exist in one of the precisions, velocity rows
 /// in one or both.
 struct Rows {
@@ -52,6 +61,14 @@ class RowStore {
     single_velocity_.resize(single ? count : 0);
     single_force_.assign(single ? count : 0, SingleForceRow{});
     return rows();
+  }
+
+  std::size_t bytes() const
+  {
+    return position_.capacity() * sizeof(PositionRow) + velocity_.capacity() * sizeof(VelocityRow) +
+           force_.capacity() * sizeof(ForceRow) +
+           single_velocity_.capacity() * sizeof(SingleVelocityRow) +
+           single_force_.capacity() * sizeof(SingleForceRow);
   }
 
   Rows rows()

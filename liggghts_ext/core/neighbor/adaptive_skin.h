@@ -65,14 +65,10 @@ class AdaptiveSkin {
   {
     if (!by_speed_) return false;
     if (nlocal != static_cast<int>(start_.size())) return true;
-    const Turn turn(frame_.rate * time);
-    Vector row[3];  // of the rotation matrix
-    for (int d = 0; d < 3; ++d) {
-      Vector unit{};
-      unit[d] = 1.0;
-      const Vector column = rotated(unit, frame_.axis, turn);
-      for (int e = 0; e < 3; ++e) row[e][d] = column[e];
-    }
+    Vector column[3], row[3];  // of the rotation matrix
+    turn_columns(time, column);
+    for (int d = 0; d < 3; ++d)
+      for (int e = 0; e < 3; ++e) row[e][d] = column[d][e];
     bool beyond = false;
     for (int i = 0; i < nlocal; ++i) {
       double square = 0.0;
@@ -84,6 +80,19 @@ class AdaptiveSkin {
     }
     return beyond;
   }
+
+  /// Write the columns of the matrix that turns the frame by its motion in `time` [s].
+  void turn_columns(double time, Vector* column) const
+  {
+    const Turn turn(frame_.rate * time);
+    for (int d = 0; d < 3; ++d) {
+      Vector unit{};
+      unit[d] = 1.0;
+      column[d] = rotated(unit, frame_.axis, turn);
+    }
+  }
+
+  const Vector& origin() const { return frame_.origin; }
 
   /// Return whether `exceeded` must be evaluated at every step.
   bool by_speed() const { return by_speed_; }

@@ -22,7 +22,9 @@
 #include "liggghts/measure/fix_mill_drive.h"
 #include "liggghts/measure/fix_mill_occupancy.h"
 #include "liggghts/mill/fix_mill_similarity.h"
+#include "liggghts/loop/mill_loop.h"
 #include "liggghts/pair/fix_adaptive_skin.h"
+#include "liggghts/pair/fix_ball_rows.h"
 #include "liggghts/pair/fix_contact_damping.h"
 #include "liggghts/pair/fix_pair_contact_history.h"
 #include "liggghts/pair/pair_gran_fast.h"
@@ -103,6 +105,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/forces"] = &create_fix<LAMMPS_NS::FixMillForces>;
   fixes[LAMMPS_NS::FixContactDamping::style_name] = &create_fix<LAMMPS_NS::FixContactDamping>;
   fixes[LAMMPS_NS::FixAdaptiveSkin::style_name] = &create_fix<LAMMPS_NS::FixAdaptiveSkin>;
+  fixes[LAMMPS_NS::FixBallRows::style_name] = &create_fix<LAMMPS_NS::FixBallRows>;
   fixes["contacthistory"] = &create_fix<LAMMPS_NS::FixPairContactHistory>;  // in the engine's place
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
@@ -112,6 +115,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
   LAMMPS_NS::PairGranFast::add_to_engine();
+  LAMMPS_NS::MillLoop::replace_engine_loop(engine);
 
   ComputeMap& computes = *(engine.modify->*compute_map_member());
   computes["mill/charge"] = &create_compute<LAMMPS_NS::ComputeMillCharge>;

@@ -150,28 +150,50 @@ void FixMillDetachTrack::end_of_step()
   observe_all();
 }
 
+/// The present step, for the observation of all balls.
+struct FixMillDetachTrack::Now {
+  double mill_angle, time;
+  millscale::Turn back;
+  bool look;  ///< at the lifters that carry the balls
+  detachment::Drive drive;
+};
+
+FixMillDetachTrack::Now FixMillDetachTrack::now() const
+{
+  const double angle = mill_fix_->mill_angle();
+  return {angle,
+          mill_fix_->mill_time(),
+          millscale::Turn(-angle),
+          looks_at_carriers(),
+          {mill_fix_->speed_now(), mill_fix_->gravity()}};
+}
+
 void FixMillDetachTrack::observe_all()
 {
-  detachment::Observation now{};
-  now.mill_angle = mill_fix_->mill_angle();
-  now.time = mill_fix_->mill_time();
-  const millscale::Turn back(-now.mill_angle);
-  const bool look = looks_at_carriers();
-  const detachment::Drive drive{mill_fix_->speed_now(), mill_fix_->gravity()};
+  const Now step = now();
   mark_contacts();
-  for (int i = 0; i < atom->nlocal; ++i) {
-    if ((!look && !may_change(i)) || !(atom->mask[i] & groupbit)) continue;
-    now.wall_contact = marks_[i] & on_wall;
-    now.liner_contact = marks_[i] & on_groove;
-    now.contact_force = marks_[i] & in_contact;
-    now.ball_radius = atom->radius[i];
-    std::copy(atom->x[i], atom->x[i] + 3, now.position.begin());
-    std::copy(atom->v[i], atom->v[i] + 3, now.velocity.begin());
-    Record& ball = record_in(row(i));
-    count(detachment::observe(ball, mill_, now, back, gap_), ball);
-    if (look) detachment::follow_carrier(ball, mill_, drive, now, gap_);
-    seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
-  }
+  for (int i = 0; i < atom->nlocal; ++i)
+    if (step.look || may_change(i, atom->x[i])) observe(i, atom->x[i], atom->v[i], step);
+}
+
+/// Advance the record of a ball whose contacts are marked.
+void FixMillDetachTrack::observe(int i, const double* position, const double* velocity,
+                                 const Now& step)
+{
+  if (!(atom->mask[i] & groupbit)) return;
+  detachment::Observation now{};
+  now.mill_angle = step.mill_angle;
+  now.time = step.time;
+  now.wall_contact = marks_[i] & on_wall;
+  now.liner_contact = marks_[i] & on_groove;
+  now.contact_force = marks_[i] & in_contact;
+  now.ball_radius = atom->radius[i];
+  std::copy(position, position + 3, now.position.begin());
+  std::copy(velocity, velocity + 3, now.velocity.begin());
+  Record& ball = record_in(row(i));
+  count(detachment::observe(ball, mill_, now, step.back, gap_), ball);
+  if (step.look) detachment::follow_carrier(ball, mill_, step.drive, now, gap_);
+  seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
 }
 
 /// Mark the contacts of each ball.
@@ -182,7 +204,7 @@ void FixMillDetachTrack::mark_contacts()
   // Every force on a ball except its weight is a contact force.
   const Vector& down = mill_.frame.down();
   const double g = mill_fix_->gravity(), gx = g * down[0], gy = g * down[1], gz = g * down[2],
-               least = force_tolerance_ * force_tolerance_ * g * g;
+               least = least_acceleration2();
   const double* mass = atom->rmass;
   const auto* force = reinterpret_cast<const double(*)[3]>(balls > 0 ? atom->f[0] : nullptr);
   for (int i = 0; i < balls; ++i) {
@@ -190,19 +212,63 @@ void FixMillDetachTrack::mark_contacts()
                  z = force[i][2] - m * gz;
     marks_[i] = x * x + y * y + z * z > least * m * m ? in_contact : 0;
   }
-  for (const FixWallMill* wall : analytic_walls_)
-    wall->mark_contacts(marks_, on_wall | in_contact, on_groove);
+  mark_walls(marks_);
   if (mill_fix_->meshes().fixes().empty()) return;
   for (int i = 0; i < balls; ++i) marks_[i] |= mesh_contacts(i);
 }
 
+/// Mark the contacts with analytic walls.
+void FixMillDetachTrack::mark_walls(std::vector<signed char>& marks) const
+{
+  for (const FixWallMill* wall : analytic_walls_)
+    wall->mark_contacts(marks, on_wall | in_contact, on_groove);
+}
+
+/// Return the square of the acceleration beyond which a ball counts as in contact [m^2/s^4].
+double FixMillDetachTrack::least_acceleration2() const
+{
+  const double g = mill_fix_->gravity();
+  return force_tolerance_ * force_tolerance_ * g * g;
+}
+
+bool FixMillDetachTrack::reads_analytic_walls_only() const
+{
+  return mill_fix_->meshes().fixes().empty();
+}
+
+const millscale::kernels::ContactWatch& FixMillDetachTrack::begin_pass()
+{
+  const auto balls = static_cast<std::size_t>(atom->nlocal);
+  wall_marks_.assign(balls, 0);
+  mark_walls(wall_marks_);
+  marks_.resize(balls);
+  if (moments_.size() < balls) moments_.resize(balls);
+  watch_ = {wall_marks_.data(), seen_.data(),          marks_.data(),
+            in_contact,         least_acceleration2(), moments_.data()};
+  return watch_;
+}
+
+bool FixMillDetachTrack::needs_arrays() const
+{
+  return looks_at_carriers();
+}
+
+void FixMillDetachTrack::end_step(const millscale::kernels::Advanced& found)
+{
+  const Now step = now();
+  for (int k = 0; k < found.moments; ++k) {
+    const millscale::kernels::Moment& ball = moments_[k];
+    if (may_change(ball.ball, ball.position.data()))
+      observe(ball.ball, ball.position.data(), ball.velocity.data(), step);
+  }
+}
+
 /// Return whether a ball's record can change at this step. Most records do not change at most
 /// steps, and reading a record is slow because records are long.
-bool FixMillDetachTrack::may_change(int i) const
+bool FixMillDetachTrack::may_change(int i, const double* x) const
 {
   if (seen_[i] == marks_[i]) return false;
   if (seen_[i] == unknown || seen_[i] % pending_unit != marks_[i]) return true;
-  const double* x = atom->x[i];
   return detachment::may_confirm(static_cast<detachment::Pending>(seen_[i] / pending_unit), mill_,
                                  {x[0], x[1], x[2]}, atom->radius[i], gap_);
 }

@@ -3,7 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "core/kernels/advance.h"
 #include "core/measure/detachment.h"
+#include "liggghts/common/ends_steps.h"
 #include "liggghts/common/fix_per_ball_rows.h"
 
 namespace LAMMPS_NS {
@@ -14,7 +16,7 @@ class FixWallMill;
 /// Per-ball detachment records, updated at the end of every step and kept across ranks and
 /// restarts. compute mill/detach creates this fix and publishes the records. Arguments:
 /// docs/reference/styles.md.
-class FixMillDetachTrack : public FixPerBallRows {
+class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
  public:
   /// Statistics of confirmed events since the records began, on this rank.
   struct Statistics {
@@ -26,6 +28,13 @@ class FixMillDetachTrack : public FixPerBallRows {
   int setmask() override;
   void init() override;
   void end_of_step() override;
+  bool needs_arrays() const override;
+  void end_step(const millscale::kernels::Advanced&) override;
+
+  /// Return whether contacts with the liner are known from analytic walls alone.
+  bool reads_analytic_walls_only() const;
+  /// Mark the contacts with the walls. Return what the pass over the balls must look for.
+  const millscale::kernels::ContactWatch& begin_pass();
 
   const millscale::detachment::Record& record(int i) const;
   Statistics statistics_of_all_ranks() const;
@@ -42,12 +51,17 @@ class FixMillDetachTrack : public FixPerBallRows {
  private:
   void parse(int narg, char** arg);
   void take_liner();
+  struct Now;
+  Now now() const;
   void observe_all();
+  void observe(int i, const double* position, const double* velocity, const Now& now);
+  void mark_walls(std::vector<signed char>& marks) const;
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
   bool looks_at_carriers() const;
   void mark_contacts();
+  double least_acceleration2() const;
   signed char mesh_contacts(int i) const;
-  bool may_change(int i) const;
+  bool may_change(int i, const double* position) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
@@ -63,7 +77,10 @@ class FixMillDetachTrack : public FixPerBallRows {
   /// For each ball: its contacts at the last step and its pending events; -1: its record must be
   /// read.
   std::vector<signed char> seen_;
-  std::vector<signed char> marks_;  ///< contacts of each ball at this step, as bits
+  std::vector<signed char> marks_;       ///< contacts of each ball at this step, as bits
+  std::vector<signed char> wall_marks_;  ///< those with walls, for the pass over the balls
+  std::vector<millscale::kernels::Moment> moments_;
+  millscale::kernels::ContactWatch watch_{};
 };
 
 }  // namespace LAMMPS_NS

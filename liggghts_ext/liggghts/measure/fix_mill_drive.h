@@ -5,6 +5,7 @@
 #include "fix.h"
 
 #include "core/measure/drive_sums.h"
+#include "liggghts/common/ends_steps.h"
 
 namespace LAMMPS_NS {
 
@@ -13,7 +14,7 @@ class FixWallMill;
 
 /// Work and torque of the drive, summed over all steps, and their means between the steps of the
 /// printed rows. Arguments and f_ID[k]: docs/reference/styles.md.
-class FixMillDrive : public Fix {
+class FixMillDrive : public Fix, public EndsSteps {
  public:
   FixMillDrive(class LAMMPS*, int, char**);
 
@@ -21,6 +22,8 @@ class FixMillDrive : public Fix {
   void init() override;
   void setup(int) override;
   void end_of_step() override;
+  bool needs_arrays() const override { return false; }
+  void end_step(const millscale::kernels::Advanced&) override { end_of_step(); }
   double compute_vector(int) override;
   void write_restart(FILE*) override;
   void restart(char*) override;

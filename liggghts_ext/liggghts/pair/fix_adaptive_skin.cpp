@@ -58,10 +58,14 @@ void FixAdaptiveSkin::post_integrate()
 {
   if (!skin_.by_speed()) return;  // the same on all ranks
   const auto* x = reinterpret_cast<const double(*)[3]>(atom->x ? atom->x[0] : nullptr);
-  const double time = static_cast<double>(update->ntimestep - build_step_) * update->dt;
-  int exceeded = skin_.exceeded(x, atom->nlocal, time);
+  int exceeded = skin_.exceeded(x, atom->nlocal, time_since_build(update->ntimestep));
   MPI_Allreduce(MPI_IN_PLACE, &exceeded, 1, MPI_INT, MPI_MAX, world);
   if (exceeded) next_reneighbor = update->ntimestep;
+}
+
+double FixAdaptiveSkin::time_since_build(bigint step) const
+{
+  return static_cast<double>(step - build_step_) * update->dt;
 }
 
 int FixAdaptiveSkin::pack_comm(int count, int* particles, double* buffer, int, int*)

@@ -27,6 +27,10 @@ class FixAdaptiveSkin : public Fix {
   const double* at_build(const millscale::neighbor::Particles&, millscale::neighbor::CellGrid&,
                          bool by_position_only);
 
+  const millscale::neighbor::AdaptiveSkin& skin() const { return skin_; }
+  /// Return the time since the list was built at a step [s].
+  double time_since_build(bigint step) const;
+
  private:
   const FixMillSimilarity* mill_fix_ = nullptr;
   millscale::neighbor::AdaptiveSkin skin_;

@@ -33,6 +33,8 @@ class FixPairContactHistory : public FixContactHistory {
   /// Transfer all contact histories to the new list, and set it as the engine's neighbour list.
   void take_over_history(const millscale::neighbor::Particles&, class PairGran*);
   millscale::neighbor::PairList& list() { return list_; }
+  /// Note that the list holds the histories, after an evaluation that the engine does not see.
+  void in_list() { *computeflag_ = 1; }
 
  private:
   void store_history();

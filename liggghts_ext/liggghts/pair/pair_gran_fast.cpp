@@ -27,6 +27,7 @@
 #include "liggghts/common/keywords.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/pair/fix_adaptive_skin.h"
+#include "liggghts/pair/fix_ball_rows.h"
 #include "liggghts/pair/fix_contact_damping.h"
 #include "liggghts/pair/fix_pair_contact_history.h"
 
@@ -154,6 +155,8 @@ void PairGranFast::init_granular()
   require_covered();
   damping_ = terms_.limited_damping ? own_fix<FixContactDamping>("contact_damping") : nullptr;
   skin_ = own_fix<FixAdaptiveSkin>("pair_margins");
+  rows_ = own_fix<FixBallRows>("pair_rows");
+  rows_->pair = this;
   ledger_ = first_fix<FixMillLedger>(modify);
   history_ =
       static_cast<FixPairContactHistory*>(pair_->get_fix_history());  // so for all, by its style
@@ -235,23 +238,51 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
     build_list();
     timer->stamp(TIME_NEIGHBOR);
   }
-  const kernels::Rows rows = rows_.rows();
+  const kernels::Rows rows = rows_->store.rows();
+  kernels::Task now = task(rows);
+  now.step.advance = pair_->computeflag() && pair_->shearupdate();
+  now.sums = {reinterpret_cast<double(*)[3]>(atom->f[0]),
+              reinterpret_cast<double(*)[3]>(atom->torque[0]),
+              damping_ ? damping_->up_to_date() : nullptr};
+  if (now.particles.nlocal > 0 && ledger_)
+    kernels::evaluate_with_budget(now, ledger_->between_balls());
+  else if (now.particles.nlocal > 0)
+    (mixed_ ? kernel_->evaluate_mixed : kernel_->evaluate)(now);
+  if (checks_list_now()) check_list();
+}
+
+/// Return the task of a step, without sums.
+kernels::Task PairGranFast::task(const kernels::Rows& rows)
+{
   millscale::neighbor::PairList& list = history_->list();
-  const kernels::Task task{
-      particles(),
-      &rows,
-      {list.entries, list.own.data(), list.other.data(), list.touching.data(),
-       list.displacement.data()},
-      {laws_.data(), atom->ntypes, only_type_},
-      terms_,
-      {update->dt, pair_->computeflag() && pair_->shearupdate(), reset_on_separation_},
-      {reinterpret_cast<double(*)[3]>(atom->f[0]), reinterpret_cast<double(*)[3]>(atom->torque[0]),
-       damping_ ? damping_->up_to_date() : nullptr}};
-  if (task.particles.nlocal > 0 && ledger_)
-    kernels::evaluate_with_budget(task, ledger_->between_balls());
-  else if (task.particles.nlocal > 0)
-    (mixed_ ? kernel_->evaluate_mixed : kernel_->evaluate)(task);
-  if (check_every_ > 0 && update->ntimestep % check_every_ == 0) check_list();
+  return {particles(),
+          &rows,
+          {list.entries, list.own.data(), list.other.data(), list.touching.data(),
+           list.displacement.data()},
+          {laws_.data(), atom->ntypes, only_type_},
+          terms_,
+          {update->dt, true, reset_on_separation_},
+          {}};
+}
+
+void PairGranFast::evaluate_rows()
+{
+  history_->in_list();
+  const kernels::Rows rows = rows_->store.rows();
+  if (atom->nlocal > 0)
+    (mixed_ ? kernel_->evaluate_rows_mixed : kernel_->evaluate_rows)(task(rows));
+}
+
+std::string PairGranFast::needs_engine_loop() const
+{
+  if (ledger_) return "fix mill/ledger records every contact";
+  if (!kernel_->advance) return std::string("kernel ") + kernel_->name + " evaluates no rows";
+  return {};
+}
+
+bool PairGranFast::checks_list_now() const
+{
+  return check_every_ > 0 && update->ntimestep % check_every_ == 0;
 }
 
 void PairGranFast::check_list()
@@ -280,7 +311,8 @@ void PairGranFast::build_list()
   millscale::neighbor::PairList& list = history_->next_list();
   millscale::neighbor::build(list, grid_, now, skin_->at_build(now, grid_, by_position_only()),
                              kernel_->list_partners);
-  rows_.resize(now.total(), mixed_ && !ledger_);
+  rows_->single = mixed_ && !ledger_;
+  rows_->store.resize(now.total(), rows_->single, true);
   history_->take_over_history(now, pair_);
   if (ledger_) ledger_->between_balls().begin_list(list.touching.data(), list.entries);
 }

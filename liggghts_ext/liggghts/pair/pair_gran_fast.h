@@ -32,13 +32,29 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   int64_t hashcode() override { return hash_; }
   bool contact_match(const std::string type, const std::string model) override;
 
+  // What the time loop needs, which keeps the balls in rows between two neighbour lists.
+
+  /// Return why the rows cannot be kept; empty if they can.
+  std::string needs_engine_loop() const;
+  /// Return whether this style checks its list at the present step, from the engine's arrays.
+  bool checks_list_now() const;
+  bool mixed() const { return mixed_; }
+  bool limited_damping() const { return terms_.limited_damping; }
+  const millscale::kernels::Implementation& kernel() const { return *kernel_; }
+  FixContactDamping* damping() const { return damping_; }
+  FixAdaptiveSkin& skin() const { return *skin_; }
+  /// Build the neighbour list of the engine's balls and ghosts.
+  void build_list();
+  /// Add the forces between the balls of the rows to the force rows.
+  void evaluate_rows();
+
  private:
   void require_covered();
   void refuse_friction_of_balls();
   template <class Style>
   Style* own_fix(const char* id);
   bool by_position_only() const;
-  void build_list();
+  millscale::kernels::Task task(const millscale::kernels::Rows& rows);
   void check_list();
   millscale::neighbor::Particles particles() const;
 
@@ -55,7 +71,7 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   int check_every_ = 0;  ///< steps between searches for missed contacts; 0: never
   const millscale::kernels::Implementation* kernel_;
   std::vector<millscale::contact::ContactLaw<double>> laws_;
-  millscale::kernels::RowStore rows_;
+  class FixBallRows* rows_ = nullptr;
   millscale::neighbor::CellGrid grid_;
   int only_type_ = 0;
 };

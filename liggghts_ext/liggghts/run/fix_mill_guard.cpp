@@ -19,6 +19,7 @@
 #include "update.h"
 
 #include "core/contact/time_step.h"
+#include "core/kernels/advance.h"
 #include "core/math/constants.h"
 #include "liggghts/common/end_run.h"
 #include "liggghts/common/first_fix.h"
@@ -141,15 +142,33 @@ void FixMillGuard::check_speeds() const
   if (atom->nlocal == 0) return;
   const auto count = static_cast<std::size_t>(atom->nlocal);
   const auto first = charge::first_beyond(atom->v[0], count, speed_limit_);
-  for (std::size_t i = first; i < count; ++i) {
-    const Vector v = vector_of(atom->v[i]);
-    const double speed = std::sqrt(millscale::dot(v, v));
-    if (speed <= speed_limit_ || !(atom->mask[i] & groupbit)) continue;
-    if (!std::isfinite(speed)) stop(static_cast<int>(i), "has no finite velocity");
-    stop(static_cast<int>(i), "is faster than the limit of " + millscale::format(speed_limit_) +
-                                  " m/s" +
-                                  (speed_ > 0.0 ? "" : ", twice what this mill can give a ball"));
-  }
+  for (std::size_t i = first; i < count; ++i)
+    check_speed(suspect(static_cast<int>(i)), static_cast<int>(i));
+}
+
+void FixMillGuard::check_speed(const charge::Suspect& ball, int i) const
+{
+  const double speed = std::sqrt(millscale::dot(ball.velocity, ball.velocity));
+  if (speed <= speed_limit_ || !(atom->mask[i] & groupbit)) return;
+  if (!std::isfinite(speed)) stop(ball, i, "has no finite velocity");
+  stop(ball, i,
+       "is faster than the limit of " + millscale::format(speed_limit_) + " m/s" +
+           (speed_ > 0.0 ? "" : ", twice what this mill can give a ball"));
+}
+
+/// A guard of some balls reads the velocities of all.
+bool FixMillGuard::needs_arrays() const
+{
+  constexpr int all_balls = 0;  // the engine's first group
+  const bigint now = update->ntimestep;
+  return now % every_ == 0 || (igroup != all_balls && now % speeds_every_ == 0);
+}
+
+void FixMillGuard::end_step(const millscale::kernels::Advanced& found)
+{
+  if (!found.fast || update->ntimestep % speeds_every_ != 0) return;
+  const auto& fast = found.first_fast;
+  check_speed({atom->tag[fast.ball], fast.position, fast.velocity, fast.force}, fast.ball);
 }
 
 /// Check the forces of the set-up, which move the balls in the first step.
@@ -187,7 +206,8 @@ void FixMillGuard::check_wall() const
     const double along = millscale::dot(arm, frame_.axis());
     if (wall_->clear(millscale::dot(arm, arm) - along * along, atom->radius[i])) continue;
     if (!(atom->mask[i] & groupbit)) continue;
-    if (const auto fault = wall_->fault(at_rest(i), atom->radius[i])) stop(i, *fault);
+    if (const auto fault = wall_->fault(at_rest(vector_of(atom->x[i])), atom->radius[i]))
+      stop(i, *fault);
   }
 }
 
@@ -218,16 +238,16 @@ void FixMillGuard::check_pairs_of(int i, const int* others, int count) const
   }
 }
 
-liner::Point FixMillGuard::at_rest(int i) const
+liner::Point FixMillGuard::at_rest(const Vector& x) const
 {
-  return liner::section(frame_.point(atom->x[i]).in_turning_frame(turn_));
+  return liner::section(frame_.point(x.data()).in_turning_frame(turn_));
 }
 
 /// Return the circumstances without a collective: the other ranks do not know of the fault.
-charge::Circumstances FixMillGuard::circumstances_of(int i) const
+charge::Circumstances FixMillGuard::circumstances_of(const charge::Suspect& ball, int i) const
 {
   charge::Circumstances found;
-  const Vector x = vector_of(atom->x[i]);
+  const Vector& x = ball.position;
   const auto* analytic = first_fix<FixWallMill>(modify);
   const bool meshes = modify->n_fixes_style("wall/gran") > 0;
   const bool turned = !mill_fix_->meshes().fixes().empty();
@@ -236,7 +256,7 @@ charge::Circumstances FixMillGuard::circumstances_of(int i) const
   found.wobble = mill_fix_->meshes().wobble();
   found.past_open_end = turned ? mill_fix_->meshes().past_end(x)
                                : analytic && !analytic->has_ends() && past_end_of_box(x);
-  found.hole = turned && !found.past_open_end && wall_->near(at_rest(i)) &&
+  found.hole = turned && !found.past_open_end && wall_->near(at_rest(x)) &&
                !mill_fix_->meshes().in_direction(x);
   const auto property = [&](const char* name) -> std::optional<double> {
     auto* fix = dynamic_cast<FixPropertyGlobal*>(modify->find_fix_property(
@@ -264,11 +284,19 @@ bool FixMillGuard::past_end_of_box(const Vector& x) const
   return false;
 }
 
+charge::Suspect FixMillGuard::suspect(int i) const
+{
+  return {atom->tag[i], vector_of(atom->x[i]), vector_of(atom->v[i]), vector_of(atom->f[i])};
+}
+
 void FixMillGuard::stop(int i, const std::string& fault) const
 {
-  const charge::Suspect ball{atom->tag[i], vector_of(atom->x[i]), vector_of(atom->v[i]),
-                             vector_of(atom->f[i])};
+  stop(suspect(i), i, fault);
+}
+
+void FixMillGuard::stop(const charge::Suspect& ball, int i, const std::string& fault) const
+{
   millscale::EndRun(lmp).because(charge::report(ball, fault, static_cast<long>(update->ntimestep),
-                                                wall_->where(at_rest(i)),
-                                                charge::causes(circumstances_of(i))));
+                                                wall_->where(at_rest(ball.position)),
+                                                charge::causes(circumstances_of(ball, i))));
 }

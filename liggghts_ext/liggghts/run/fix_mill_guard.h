@@ -7,6 +7,7 @@
 #include "fix.h"
 
 #include "core/measure/guard.h"
+#include "liggghts/common/ends_steps.h"
 #include "liggghts/mill/liner_arguments.h"
 
 namespace LAMMPS_NS {
@@ -17,7 +18,7 @@ class FixMillSimilarity;
 /// high, overlaps, balls beyond the liner. It also checks before a neighbour list, where the engine
 /// would lose a ball without naming it. Changes nothing and needs no collective. Arguments:
 /// docs/reference/styles.md.
-class FixMillGuard : public Fix {
+class FixMillGuard : public Fix, public EndsSteps {
  public:
   FixMillGuard(class LAMMPS*, int, char**);
 
@@ -27,6 +28,10 @@ class FixMillGuard : public Fix {
   void setup(int) override;
   void pre_exchange() override;
   void end_of_step() override;
+  bool needs_arrays() const override;
+  void end_step(const millscale::kernels::Advanced&) override;
+
+  double speed_limit() const { return speed_limit_; }  ///< [m/s]
 
  private:
   void parse(int narg, char** arg);
@@ -36,10 +41,15 @@ class FixMillGuard : public Fix {
   void check_wall() const;
   void check_overlaps() const;
   void check_pairs_of(int i, const int* others, int count) const;
-  millscale::liner::Point at_rest(int i) const;
-  millscale::charge::Circumstances circumstances_of(int i) const;
+  millscale::liner::Point at_rest(const millscale::Vector& x) const;
+  millscale::charge::Suspect suspect(int i) const;
+  millscale::charge::Circumstances circumstances_of(const millscale::charge::Suspect& ball,
+                                                    int i) const;
   bool past_end_of_box(const millscale::Vector& x) const;
+  void check_speed(const millscale::charge::Suspect& ball, int i) const;
   [[noreturn]] void stop(int i, const std::string& fault) const;
+  [[noreturn]] void stop(const millscale::charge::Suspect& ball, int i,
+                         const std::string& fault) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;

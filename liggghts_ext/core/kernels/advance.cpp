@@ -1,0 +1,210 @@
+// One pass over the balls between two evaluations of the forces, see advance.h. Compiled for
+// x86-64-v3 and v4, without fused multiply-add: the engine's loop must give the same bits.
+#include "core/kernels/advance.h"
+
+#include "core/kernels/levels.h"
+
+namespace millscale::kernels::MILLSCALE_LEVEL {
+namespace {
+
+typedef double Four __attribute__((vector_size(32)));
+typedef long long FourBits __attribute__((vector_size(32)));
+typedef double Eight __attribute__((vector_size(64)));
+typedef long long EightBits __attribute__((vector_size(64)));
+typedef float EightSingles __attribute__((vector_size(32)));
+
+constexpr int group = 4;  ///< balls whose sums are evaluated together
+
+template <class Vector, class Row>
+inline Vector load(const Row* row)
+{
+  return *reinterpret_cast<const Vector*>(row);
+}
+template <class Vector, class Row>
+inline void store(Row* row, Vector numbers)
+{
+  *reinterpret_cast<Vector*>(row) = numbers;
+}
+
+/// Return the numbers with 0 in the place of the fourth.
+inline Four three(Four numbers)
+{
+  return Four(FourBits(numbers) & FourBits{-1, -1, -1, 0});
+}
+
+/// Return the numbers with 0 in the places of the fourth and the eighth.
+inline Eight two_vectors(Eight numbers)
+{
+  return Eight(EightBits(numbers) & EightBits{-1, -1, -1, 0, -1, -1, -1, 0});
+}
+
+/// Return (a + b) + c of each of four vectors (a, b, c, 0).
+inline Four sums(const Four* v)
+{
+  const Four ab = __builtin_shuffle(v[0], v[1], FourBits{0, 4, 2, 6}) +
+                  __builtin_shuffle(v[0], v[1], FourBits{1, 5, 3, 7});
+  const Four cd = __builtin_shuffle(v[2], v[3], FourBits{0, 4, 2, 6}) +
+                  __builtin_shuffle(v[2], v[3], FourBits{1, 5, 3, 7});
+  return __builtin_shuffle(ab, cd, FourBits{0, 1, 4, 5}) +
+         __builtin_shuffle(ab, cd, FourBits{2, 3, 6, 7});
+}
+
+inline bool any(FourBits mask)
+{
+  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+}
+
+inline Four low(Eight numbers)
+{
+  return __builtin_shufflevector(numbers, numbers, 0, 1, 2, 3);
+}
+
+/// Return force, 0, torque and damping of a ball's row, and clear the row.
+template <bool single>
+inline Eight take_force(const Rows& rows, int i)
+{
+  if constexpr (single) {
+    const EightSingles row = load<EightSingles>(rows.single_force + i);
+    store(rows.single_force + i, EightSingles{});
+    const Eight numbers = __builtin_convertvector(row, Eight);
+    return __builtin_shuffle(numbers, EightBits{0, 1, 2, 7, 4, 5, 6, 3});
+  } else {
+    const Eight row = load<Eight>(rows.force + i);
+    store(rows.force + i, Eight{});
+    return row;
+  }
+}
+
+/// Up to four balls at the end of a step, lane by lane.
+struct Ends {
+  Four position[group], velocity[group], force[group];  ///< x, y, z and another number
+};
+
+inline void write(const Four& from, Vector& to)
+{
+  for (int d = 0; d < 3; ++d) to[d] = from[d];
+}
+
+template <bool single, bool limited, bool watched>
+Advanced advance_all(const Advance& a)
+{
+  const Rows& rows = a.rows;
+  const Vector& g = a.gravity;
+  const Eight gravity{g[0], g[1], g[2], 0.0, 0.0, 0.0, 0.0, 0.0};
+  const Four dt{a.dt, a.dt, a.dt, 0.0};
+  const Four origin{a.origin[0], a.origin[1], a.origin[2], 0.0};
+  Four column[3];
+  for (int d = 0; d < 3; ++d) {
+    const Vector& c = a.turn_columns[d];
+    column[d] = Four{c[0], c[1], c[2], 0.0};
+  }
+  const WallForce* wall = a.wall_begin;
+  Advanced found;
+  FourBits moved{}, left{};
+
+  const auto one = [&](int i, int k, Ends& ends, Four* gone, Four* relative, Four* contact) {
+    Eight force = take_force<single>(rows, i);
+    const Eight before = load<Eight>(rows.velocity + i);
+    const Eight weight = before[3] * gravity;
+    if (a.gravity_first) force = force + weight;
+    for (; wall != a.wall_end && wall->ball == i; ++wall) force = force + load<Eight>(wall);
+    if (!a.gravity_first) force = force + weight;
+    const Eight total = two_vectors(force);
+    const double linear = a.kick[i].linear, angular = a.kick[i].angular;
+    const Eight push = Eight{linear, linear, linear, 0.0, angular, angular, angular, 0.0} * total;
+    const Eight full = before + push;
+    Eight half = full + push;
+    if constexpr (limited) {
+      const double damping = force[7];
+      a.damping[i] = damping;
+      half[7] = a.dt * damping / before[3];
+    }
+    store(rows.velocity + i, half);
+    if constexpr (single)
+      store(rows.single_velocity + i, __builtin_convertvector(half, EightSingles));
+    const Four x = load<Four>(rows.position + i);
+    const Four next = x + dt * low(half);
+    store(rows.position + i, next);
+
+    ends.position[k] = x;
+    ends.velocity[k] = low(full);
+    ends.force[k] = low(total);
+    const Four begin = load<Four>(a.start + i);
+    const Four way = three(next - begin);
+    gone[k] = way * way;
+    const Four from = next - origin, held = begin - origin;
+    const Four turned = held[0] * column[0] + held[1] * column[1] + held[2] * column[2];
+    const Four apart = three(from - turned);
+    relative[k] = apart * apart;
+    if constexpr (watched) {
+      const Four by_contacts = three(low(total - weight));
+      contact[k] = by_contacts * by_contacts;
+    }
+  };
+
+  for (int i = 0; i < a.balls; i += group) {
+    const int count = a.balls - i < group ? a.balls - i : group;
+    Ends ends{};
+    Four gone[group]{}, relative[group]{}, contact[group]{}, speed[group];
+    Four skin{}, mass{};
+    for (int k = 0; k < count; ++k) {
+      one(i + k, k, ends, gone, relative, contact);
+      skin[k] = a.start[i + k].skin;
+      mass[k] = ends.velocity[k][3];
+    }
+    for (int k = 0; k < group; ++k) {
+      const Four v = three(ends.velocity[k]);
+      speed[k] = v * v;
+    }
+    moved |= sums(gone) > Four{} + a.moved_limit2;
+    left |= ~(sums(relative) <= skin * skin);
+    const FourBits fast = ~(sums(speed) <= Four{} + a.speed_limit2);
+    if (any(fast) && !found.fast)
+      for (int k = 0; k < count && !found.fast; ++k)
+        if (fast[k]) {
+          found.fast = true;
+          found.first_fast.ball = i + k;
+          write(ends.position[k], found.first_fast.position);
+          write(ends.velocity[k], found.first_fast.velocity);
+          write(ends.force[k], found.first_fast.force);
+        }
+    if constexpr (watched) {
+      const ContactWatch& watch = *a.watch;
+      const FourBits pressed = sums(contact) > (Four{} + watch.least) * mass * mass;
+      for (int k = 0; k < count; ++k) {
+        const signed char mark =
+            watch.wall_marks[i + k] | (pressed[k] ? watch.in_contact : static_cast<signed char>(0));
+        watch.marks[i + k] = mark;
+        if (mark == watch.seen[i + k]) continue;
+        Moment& moment = watch.moments[found.moments++];
+        moment.ball = i + k;
+        write(ends.position[k], moment.position);
+        write(ends.velocity[k], moment.velocity);
+      }
+    }
+  }
+  found.moved = any(moved);
+  found.left_skin = a.own_skins && any(left);
+  return found;
+}
+
+template <bool single, bool limited>
+Advanced advance_watched(const Advance& a)
+{
+  return a.watch ? advance_all<single, limited, true>(a) : advance_all<single, limited, false>(a);
+}
+
+template <bool single>
+Advanced advance_limited(const Advance& a)
+{
+  return a.damping ? advance_watched<single, true>(a) : advance_watched<single, false>(a);
+}
+
+}  // namespace
+
+Advanced advance(const Advance& a)
+{
+  return a.single ? advance_limited<true>(a) : advance_limited<false>(a);
+}
+
+}  // namespace millscale::kernels::MILLSCALE_LEVEL

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "verlet.h"
+
+#include "core/kernels/advance.h"
+
+namespace LAMMPS_NS {
+
+class EndsSteps;
+class Fix;
+class FixBallRows;
+class FixMillDetachTrack;
+class FixMillSimilarity;
+class FixWallMill;
+class PairGranFast;
+
+/// The time loop of liggghts_mill, in the place of the engine's. Between two neighbour lists it
+/// keeps the balls in the rows of the contact kernels. One pass over the rows ends a step and
+/// begins the next one. The engine's arrays are brought up to date for the steps that need them:
+/// output, and fixes other than ours. Such a step is the engine's own. The results have the same
+/// bits as those of the engine's loop, which runs where a deck needs it; `run_style verlet` asks
+/// for it. What needs it, and why: docs/reference/styles.md.
+class MillLoop : public Verlet {
+ public:
+  explicit MillLoop(class LAMMPS*);
+
+  static void replace_engine_loop(class LAMMPS&);
+
+  void init() override;
+  void setup() override;
+  void setup_minimal(int) override;
+  void run(int) override;
+
+ private:
+  void choose_loop();
+  std::string find_participants();
+  std::string engine_settings() const;
+  std::string place_in_step(Fix*, int mask);
+  std::string time_integration() const;
+  bool needs_arrays();
+  int agree(int bits) const;
+  bool rebuild_due();
+  void send_or_rebuild(bool rebuild);
+  void step_of_engine();
+  void step_on_rows();
+  void read_arrays();
+  void write_arrays();
+  void read_list();
+  void evaluate_walls();
+  void advance();
+
+  std::string reason_;  ///< why the engine's loop must run; empty: ours runs
+  FixBallRows* rows_ = nullptr;
+  PairGranFast* pair_ = nullptr;
+  FixMillSimilarity* mill_ = nullptr;
+  FixMillDetachTrack* track_ = nullptr;
+  Fix* integration_ = nullptr;
+  std::vector<FixWallMill*> walls_;
+  bool gravity_first_ = false;
+  std::vector<EndsSteps*> ends_steps_;
+  std::vector<Fix*> at_intervals_;  ///< fixes that act at the end of every nth step only
+  double speed_limit_;              ///< of the guards [m/s]
+
+  bool on_rows_ = false;  ///< the rows are up to date, and begin the present step
+  int signals_ = 0;       ///< received by any rank, as bits
+  millscale::kernels::Advanced found_;
+  std::vector<millscale::kernels::WallForce> wall_forces_;
+  std::vector<millscale::kernels::ListStart> start_;
+  std::vector<millscale::kernels::Kick> kick_;
+};
+
+}  // namespace LAMMPS_NS
