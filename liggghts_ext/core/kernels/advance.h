@@ -21,7 +21,7 @@ struct Kick {
 };
 
 /// A ball when the neighbour list was built.
-struct ListStart {
+struct alignas(32) ListStart {
   double x, y, z;  ///< position [m]
   double skin;     ///< of the ball [m]
 };

@@ -30,6 +30,7 @@
 #include "liggghts/pair/fix_pair_contact_history.h"
 #include "liggghts/pair/pair_gran_fast.h"
 #include "liggghts/run/fix_mill_guard.h"
+#include "liggghts/run/fix_mill_restart.h"
 #include "liggghts/wall/fix_wall_mill.h"
 
 using namespace LAMMPS_NS;
@@ -56,11 +57,6 @@ struct Positions : Neighbor {
 struct AddedMass : FixNVESphere {
   static constexpr double FixNVESphere::*factor = &AddedMass::onePlusCAddRhoFluid_;
 };
-
-const double (*rows_of(double** field))[3]
-{
-  return reinterpret_cast<const double(*)[3]>(field ? field[0] : nullptr);
-}
 
 }  // namespace
 
@@ -165,7 +161,7 @@ std::string MillLoop::place_in_step(Fix* fix, int mask)
     return {};
   }
   if (dynamic_cast<FixAdaptiveSkin*>(fix) || dynamic_cast<FixPairContactHistory*>(fix) ||
-      dynamic_cast<FixMillGuard*>(fix))
+      dynamic_cast<FixMillGuard*>(fix) || dynamic_cast<FixMillRestart*>(fix))
     return {};
   return "acts within every step";
 }

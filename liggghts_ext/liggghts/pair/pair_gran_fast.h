@@ -11,6 +11,9 @@
 
 namespace LAMMPS_NS {
 
+class FixAdaptiveSkin;
+class FixContactDamping;
+
 /// `pair_style gran model hertz [tangential history] [rolling_friction cdt] surface fast`: the
 /// engine's contacts with own neighbour list and kernel.
 /// Options and limits: docs/reference/styles.md.
