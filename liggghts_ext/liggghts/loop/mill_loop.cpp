@@ -180,7 +180,6 @@ std::string MillLoop::engine_settings() const
   if (neighbor->every != 1 || neighbor->delay != 0 || !neighbor->dist_check || neighbor->build_once)
     return "neigh_modify does not check distances at every step";
   if (neighbor->includegroup != 0 || atom->firstgroup >= 0) return "a group of balls comes first";
-  if (!comm->ghost_velocity) return "communicate does not send velocities (vel yes)";
   if (force->newton) return "newton is on";
   if (force->pair && !pair_compute_flag) return "run_style or kspace switches the pair style off";
   if (atom->molecular || force->kspace) return "there are bonds or long-range forces";
