@@ -2,6 +2,8 @@
 // x86-64-v3 and v4, without fused multiply-add: the engine's loop must give the same bits.
 #include "core/kernels/advance.h"
 
+#include <immintrin.h>
+
 #include "core/kernels/levels.h"
 
 namespace millscale::kernels::MILLSCALE_LEVEL {
@@ -49,9 +51,10 @@ inline Four sums(const Four* v)
          __builtin_shuffle(ab, cd, FourBits{2, 3, 6, 7});
 }
 
-inline bool any(FourBits mask)
+/// Return a bit for each lane that is true.
+inline int bits(FourBits mask)
 {
-  return (mask[0] | mask[1] | mask[2] | mask[3]) != 0;
+  return _mm256_movemask_pd(__m256d(mask));
 }
 
 inline Four low(Eight numbers)
@@ -75,34 +78,56 @@ inline Eight take_force(const Rows& rows, int i)
   }
 }
 
-/// Up to four balls at the end of a step, lane by lane.
-struct Ends {
-  Four position[group], velocity[group], force[group];  ///< x, y, z and another number
-};
-
 inline void write(const Four& from, Vector& to)
 {
   for (int d = 0; d < 3; ++d) to[d] = from[d];
 }
 
-template <bool single, bool limited, bool watched>
-Advanced advance_all(const Advance& a)
+/// Four ints, from the bytes of marks.
+inline int load_marks(const signed char* marks)
 {
-  const Rows& rows = a.rows;
-  const Vector& g = a.gravity;
-  const Eight gravity{g[0], g[1], g[2], 0.0, 0.0, 0.0, 0.0, 0.0};
-  const Four dt{a.dt, a.dt, a.dt, 0.0};
-  const Four origin{a.origin[0], a.origin[1], a.origin[2], 0.0};
-  Four column[3];
-  for (int d = 0; d < 3; ++d) {
-    const Vector& c = a.turn_columns[d];
-    column[d] = Four{c[0], c[1], c[2], 0.0};
-  }
-  const WallForce* wall = a.wall_begin;
-  Advanced found;
-  FourBits moved{}, left{};
+  int four;
+  __builtin_memcpy(&four, marks, sizeof four);
+  return four;
+}
 
-  const auto one = [&](int i, int k, Ends& ends, Four* gone, Four* relative, Four* contact) {
+/// Return four marks, `mark` where a bit is set.
+inline int spread(int bits, signed char mark)
+{
+  const int ones = (bits & 1) | (bits & 2) << 7 | (bits & 4) << 14 | (bits & 8) << 21;
+  return ones * mark;
+}
+
+template <bool single, bool limited, bool watched>
+class Pass {
+ public:
+  explicit Pass(const Advance& advance) : a(advance), wall(advance.wall_begin)
+  {
+    const Vector &g = a.gravity, &o = a.origin;
+    gravity = Eight{g[0], g[1], g[2], 0.0, 0.0, 0.0, 0.0, 0.0};
+    dt = Four{a.dt, a.dt, a.dt, 0.0};
+    origin = Four{o[0], o[1], o[2], 0.0};
+    for (int d = 0; d < 3; ++d) {
+      const Vector& c = a.turn_columns[d];
+      column[d] = Four{c[0], c[1], c[2], 0.0};
+    }
+  }
+
+  Advanced all()
+  {
+    int i = 0;
+    for (; i + group <= a.balls; i += group) some(i, group);
+    if (i < a.balls) some(i, a.balls - i);
+    found.moved = bits(moved) != 0;
+    found.left_skin = a.own_skins && bits(left) != 0;
+    return found;
+  }
+
+ private:
+  /// Advance a ball. k: its lane in the group.
+  [[gnu::always_inline]] void one(int i, int k)
+  {
+    const Rows& rows = a.rows;
     Eight force = take_force<single>(rows, i);
     const Eight before = load<Eight>(rows.velocity + i);
     const Eight weight = before[3] * gravity;
@@ -126,66 +151,86 @@ Advanced advance_all(const Advance& a)
     const Four next = x + dt * low(half);
     store(rows.position + i, next);
 
-    ends.position[k] = x;
-    ends.velocity[k] = low(full);
-    ends.force[k] = low(total);
+    position[k] = x;
+    velocity[k] = low(full);
+    contacts[k] = low(total);
+    mass[k] = before[3];
     const Four begin = load<Four>(a.start + i);
+    skin[k] = begin[3];
     const Four way = three(next - begin);
     gone[k] = way * way;
     const Four from = next - origin, held = begin - origin;
     const Four turned = held[0] * column[0] + held[1] * column[1] + held[2] * column[2];
     const Four apart = three(from - turned);
     relative[k] = apart * apart;
+    const Four v = three(velocity[k]);
+    speed[k] = v * v;
     if constexpr (watched) {
       const Four by_contacts = three(low(total - weight));
-      contact[k] = by_contacts * by_contacts;
-    }
-  };
-
-  for (int i = 0; i < a.balls; i += group) {
-    const int count = a.balls - i < group ? a.balls - i : group;
-    Ends ends{};
-    Four gone[group]{}, relative[group]{}, contact[group]{}, speed[group];
-    Four skin{}, mass{};
-    for (int k = 0; k < count; ++k) {
-      one(i + k, k, ends, gone, relative, contact);
-      skin[k] = a.start[i + k].skin;
-      mass[k] = ends.velocity[k][3];
-    }
-    for (int k = 0; k < group; ++k) {
-      const Four v = three(ends.velocity[k]);
-      speed[k] = v * v;
-    }
-    moved |= sums(gone) > Four{} + a.moved_limit2;
-    left |= ~(sums(relative) <= skin * skin);
-    const FourBits fast = ~(sums(speed) <= Four{} + a.speed_limit2);
-    if (any(fast) && !found.fast)
-      for (int k = 0; k < count && !found.fast; ++k)
-        if (fast[k]) {
-          found.fast = true;
-          found.first_fast.ball = i + k;
-          write(ends.position[k], found.first_fast.position);
-          write(ends.velocity[k], found.first_fast.velocity);
-          write(ends.force[k], found.first_fast.force);
-        }
-    if constexpr (watched) {
-      const ContactWatch& watch = *a.watch;
-      const FourBits pressed = sums(contact) > (Four{} + watch.least) * mass * mass;
-      for (int k = 0; k < count; ++k) {
-        const signed char mark =
-            watch.wall_marks[i + k] | (pressed[k] ? watch.in_contact : static_cast<signed char>(0));
-        watch.marks[i + k] = mark;
-        if (mark == watch.seen[i + k]) continue;
-        Moment& moment = watch.moments[found.moments++];
-        moment.ball = i + k;
-        write(ends.position[k], moment.position);
-        write(ends.velocity[k], moment.velocity);
-      }
+      pressure[k] = by_contacts * by_contacts;
     }
   }
-  found.moved = any(moved);
-  found.left_skin = a.own_skins && any(left);
-  return found;
+
+  /// Advance `count` balls, at most a group.
+  [[gnu::always_inline]] void some(int i, int count)
+  {
+    for (int k = count; k < group; ++k) {
+      gone[k] = relative[k] = speed[k] = pressure[k] = skin = mass = Four{};
+    }
+    for (int k = 0; k < count; ++k) one(i + k, k);
+    moved |= sums(gone) > Four{} + a.moved_limit2;
+    left |= ~(sums(relative) <= skin * skin);
+    const int fast = bits(~(sums(speed) <= Four{} + a.speed_limit2));
+    if (fast && !found.fast) name_fast(i + __builtin_ctz(fast), __builtin_ctz(fast));
+    if constexpr (watched) watch(i, count);
+  }
+
+  [[gnu::noinline]] void name_fast(int i, int k)
+  {
+    found.fast = true;
+    found.first_fast.ball = i;
+    write(position[k], found.first_fast.position);
+    write(velocity[k], found.first_fast.velocity);
+    write(contacts[k], found.first_fast.force);
+  }
+
+  [[gnu::always_inline]] void watch(int i, int count)
+  {
+    const ContactWatch& watch = *a.watch;
+    const int pressed = bits(sums(pressure) > (Four{} + watch.least) * mass * mass);
+    if (count == group) {
+      const int marks = load_marks(watch.wall_marks + i) | spread(pressed, watch.in_contact);
+      __builtin_memcpy(watch.marks + i, &marks, sizeof marks);
+      if (marks == load_marks(watch.seen + i)) return;
+    }
+    for (int k = 0; k < count; ++k) {
+      const signed char mark = watch.wall_marks[i + k] |
+                               (pressed >> k & 1 ? watch.in_contact : static_cast<signed char>(0));
+      watch.marks[i + k] = mark;
+      if (mark == watch.seen[i + k]) continue;
+      Moment& moment = watch.moments[found.moments++];
+      moment.ball = i + k;
+      write(position[k], moment.position);
+      write(velocity[k], moment.velocity);
+    }
+  }
+
+  const Advance& a;
+  const WallForce* wall;  ///< the next one
+  Eight gravity;
+  Four dt, origin, column[3];
+  // Of the balls of a group, at the end of the step: three components and another number.
+  Four position[group], velocity[group], contacts[group];
+  Four gone[group], relative[group], speed[group], pressure[group];  ///< squares of components
+  Four skin, mass;
+  FourBits moved{}, left{};
+  Advanced found;
+};
+
+template <bool single, bool limited, bool watched>
+Advanced advance_all(const Advance& a)
+{
+  return Pass<single, limited, watched>(a).all();
 }
 
 template <bool single, bool limited>

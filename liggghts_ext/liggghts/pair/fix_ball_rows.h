@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "fix.h"
 
 #include "core/kernels/rows.h"
@@ -17,16 +19,22 @@ class FixBallRows : public Fix {
   FixBallRows(class LAMMPS*, int, char**);
 
   int setmask() override { return 0; }
-  int pack_comm(int, int*, double*, int, int*) override;
-  void unpack_comm(int, int, double*) override;
   double memory_usage() override;
 
-  /// Send position, velocity, spin and damping share of the ghosts from the rows of their owners.
+  /// Bring position, velocity, spin and damping share of the ghosts up to date from the rows of
+  /// their owners, in the order of the engine's `forward_comm`.
   void send_ghosts();
 
   millscale::kernels::RowStore store;
   bool single = false;           ///< the kernel reads velocities in single precision
   PairGranFast* pair = nullptr;  ///< the pair style of the run to come, set at its `init`
+
+ private:
+  struct Swap;
+  void copy_within_rank(const Swap&);
+  void exchange_with_rank(const Swap&);
+
+  std::vector<double> sent_, received_;
 };
 
 }  // namespace LAMMPS_NS
