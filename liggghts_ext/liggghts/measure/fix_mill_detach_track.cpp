@@ -172,28 +172,29 @@ void FixMillDetachTrack::observe_all()
 {
   const Now step = now();
   mark_contacts();
-  for (int i = 0; i < atom->nlocal; ++i)
-    if (step.look || may_change(i, atom->x[i])) observe(i, atom->x[i], atom->v[i], step);
+  for (int i = 0; i < atom->nlocal; ++i) observe(i, atom->x[i], atom->v[i], step);
 }
 
 /// Advance the record of a ball whose contacts are marked.
 void FixMillDetachTrack::observe(int i, const double* position, const double* velocity,
                                  const Now& step)
 {
-  if (!(atom->mask[i] & groupbit)) return;
-  detachment::Observation now{};
-  now.mill_angle = step.mill_angle;
-  now.time = step.time;
-  now.wall_contact = marks_[i] & on_wall;
-  now.liner_contact = marks_[i] & on_groove;
-  now.contact_force = marks_[i] & in_contact;
-  now.ball_radius = atom->radius[i];
-  std::copy(position, position + 3, now.position.begin());
-  std::copy(velocity, velocity + 3, now.velocity.begin());
+  const bool changes = may_change(i, position);
+  if (!(changes || step.look) || !(atom->mask[i] & groupbit)) return;
+  const detachment::Observation now{(marks_[i] & on_groove) != 0,
+                                    (marks_[i] & on_wall) != 0,
+                                    (marks_[i] & in_contact) != 0,
+                                    {position[0], position[1], position[2]},
+                                    {velocity[0], velocity[1], velocity[2]},
+                                    atom->radius[i],
+                                    step.mill_angle,
+                                    step.time};
   Record& ball = record_in(row(i));
-  count(detachment::observe(ball, mill_, now, step.back, gap_), ball);
+  if (changes) {
+    count(detachment::observe(ball, mill_, now, step.back, gap_), ball);
+    seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
+  }
   if (step.look) detachment::follow_carrier(ball, mill_, step.drive, now, gap_);
-  seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
 }
 
 /// Mark the contacts of each ball.
@@ -243,14 +244,11 @@ const millscale::kernels::ContactWatch& FixMillDetachTrack::begin_pass()
   mark_walls(wall_marks_);
   marks_.resize(balls);
   if (moments_.size() < balls) moments_.resize(balls);
-  watch_ = {wall_marks_.data(), seen_.data(),          marks_.data(),
-            in_contact,         least_acceleration2(), moments_.data()};
+  if (never_seen_.size() < balls) never_seen_.resize(balls, unknown);
+  watch_ = {wall_marks_.data(),    looks_at_carriers() ? never_seen_.data() : seen_.data(),
+            marks_.data(),         in_contact,
+            least_acceleration2(), moments_.data()};
   return watch_;
-}
-
-bool FixMillDetachTrack::needs_arrays() const
-{
-  return looks_at_carriers();
 }
 
 void FixMillDetachTrack::end_step(const millscale::kernels::Advanced& found)
@@ -258,8 +256,7 @@ void FixMillDetachTrack::end_step(const millscale::kernels::Advanced& found)
   const Now step = now();
   for (int k = 0; k < found.moments; ++k) {
     const millscale::kernels::Moment& ball = moments_[k];
-    if (may_change(ball.ball, ball.position.data()))
-      observe(ball.ball, ball.position.data(), ball.velocity.data(), step);
+    observe(ball.ball, ball.position.data(), ball.velocity.data(), step);
   }
 }
 

@@ -28,7 +28,7 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   int setmask() override;
   void init() override;
   void end_of_step() override;
-  bool needs_arrays() const override;
+  bool needs_arrays() const override { return false; }
   void end_step(const millscale::kernels::Advanced&) override;
 
   /// Return whether contacts with the liner are known from analytic walls alone.
@@ -54,7 +54,7 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   struct Now;
   Now now() const;
   void observe_all();
-  void observe(int i, const double* position, const double* velocity, const Now& now);
+  void observe(int i, const double* position, const double* velocity, const Now& step);
   void mark_walls(std::vector<signed char>& marks) const;
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
   bool looks_at_carriers() const;
@@ -79,6 +79,7 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   std::vector<signed char> seen_;
   std::vector<signed char> marks_;       ///< contacts of each ball at this step, as bits
   std::vector<signed char> wall_marks_;  ///< those with walls, for the pass over the balls
+  std::vector<signed char> never_seen_;  ///< marks that no ball has, to observe all balls
   std::vector<millscale::kernels::Moment> moments_;
   millscale::kernels::ContactWatch watch_{};
 };

@@ -403,8 +403,12 @@ void FixWallMill::press(const WallInput& input, int i, const MillNow& mill, cons
 void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,
                                 signed char groove) const
 {
-  for (std::size_t i = 0; i < marks.size(); ++i)
-    marks[i] |= (touching_[i] ? wall : 0) | (touching_[i] & on_groove ? groove : 0);
+  // Through pointers: bytes may alias the vectors, which would be read anew for each ball.
+  signed char* const to = marks.data();
+  const signed char* const from = touching_.data();
+  const std::size_t count = marks.size();
+  for (std::size_t i = 0; i < count; ++i)
+    to[i] |= (from[i] ? wall : 0) | (from[i] & on_groove ? groove : 0);
 }
 
 double FixWallMill::compute_vector(int k)
