@@ -98,7 +98,7 @@ inline int spread(int bits, signed char mark)
   return ones * mark;
 }
 
-template <bool single, bool limited, bool watched>
+template <bool single, bool limited, bool watched, bool guarded>
 class Pass {
  public:
   explicit Pass(const Advance& advance) : a(advance), wall(advance.wall_begin)
@@ -151,10 +151,10 @@ class Pass {
     const Four next = x + dt * low(half);
     store(rows.position + i, next);
 
-    position[k] = x;
-    velocity[k] = low(full);
-    contacts[k] = low(total);
-    mass[k] = before[3];
+    if constexpr (watched || guarded) {
+      position[k] = x;
+      velocity[k] = low(full);
+    }
     const Four begin = load<Four>(a.start + i);
     skin[k] = begin[3];
     const Four way = three(next - begin);
@@ -163,9 +163,13 @@ class Pass {
     const Four turned = held[0] * column[0] + held[1] * column[1] + held[2] * column[2];
     const Four apart = three(from - turned);
     relative[k] = apart * apart;
-    const Four v = three(velocity[k]);
-    speed[k] = v * v;
+    if constexpr (guarded) {
+      force_on[k] = low(total);
+      const Four v = three(low(full));
+      speed[k] = v * v;
+    }
     if constexpr (watched) {
+      mass[k] = before[3];
       const Four by_contacts = three(low(total - weight));
       pressure[k] = by_contacts * by_contacts;
     }
@@ -177,11 +181,14 @@ class Pass {
     for (int k = count; k < group; ++k) {
       gone[k] = relative[k] = speed[k] = pressure[k] = skin = mass = Four{};
     }
+#pragma GCC unroll 4
     for (int k = 0; k < count; ++k) one(i + k, k);
     moved |= sums(gone) > Four{} + a.moved_limit2;
     left |= ~(sums(relative) <= skin * skin);
-    const int fast = bits(~(sums(speed) <= Four{} + a.speed_limit2));
-    if (fast && !found.fast) name_fast(i + __builtin_ctz(fast), __builtin_ctz(fast));
+    if constexpr (guarded) {
+      const int fast = bits(~(sums(speed) <= Four{} + a.speed_limit2));
+      if (fast && !found.fast) name_fast(i + __builtin_ctz(fast), __builtin_ctz(fast));
+    }
     if constexpr (watched) watch(i, count);
   }
 
@@ -191,7 +198,7 @@ class Pass {
     found.first_fast.ball = i;
     write(position[k], found.first_fast.position);
     write(velocity[k], found.first_fast.velocity);
-    write(contacts[k], found.first_fast.force);
+    write(force_on[k], found.first_fast.force);
   }
 
   [[gnu::always_inline]] void watch(int i, int count)
@@ -220,7 +227,7 @@ class Pass {
   Eight gravity;
   Four dt, origin, column[3];
   // Of the balls of a group, at the end of the step: three components and another number.
-  Four position[group], velocity[group], contacts[group];
+  Four position[group], velocity[group], force_on[group];
   Four gone[group], relative[group], speed[group], pressure[group];  ///< squares of components
   Four skin, mass;
   FourBits moved{}, left{};
@@ -228,28 +235,30 @@ class Pass {
 };
 
 template <bool single, bool limited, bool watched>
-Advanced advance_all(const Advance& a)
+Advanced advance_watched(const Advance& a)
 {
-  return Pass<single, limited, watched>(a).all();
+  return a.checks_speed ? Pass<single, limited, watched, true>(a).all()
+                        : Pass<single, limited, watched, false>(a).all();
 }
 
 template <bool single, bool limited>
-Advanced advance_watched(const Advance& a)
+Advanced advance_limited(const Advance& a)
 {
-  return a.watch ? advance_all<single, limited, true>(a) : advance_all<single, limited, false>(a);
+  return a.watch ? advance_watched<single, limited, true>(a)
+                 : advance_watched<single, limited, false>(a);
 }
 
 template <bool single>
-Advanced advance_limited(const Advance& a)
+Advanced advance_in(const Advance& a)
 {
-  return a.damping ? advance_watched<single, true>(a) : advance_watched<single, false>(a);
+  return a.damping ? advance_limited<single, true>(a) : advance_limited<single, false>(a);
 }
 
 }  // namespace
 
 Advanced advance(const Advance& a)
 {
-  return a.single ? advance_limited<true>(a) : advance_limited<false>(a);
+  return a.single ? advance_in<true>(a) : advance_in<false>(a);
 }
 
 }  // namespace millscale::kernels::MILLSCALE_LEVEL

@@ -72,6 +72,7 @@ struct Advance {
   Vector origin;           ///< of the turning frame [m]
   Vector turn_columns[3];  ///< of the matrix that turns the frame from the list to the next step
 
+  bool checks_speed;
   double speed_limit2;        ///< square of the highest plausible speed [m^2/s^2]
   const ContactWatch* watch;  ///< null if nobody watches
 };

@@ -112,7 +112,7 @@ std::string MillLoop::find_participants()
   ends_steps_.clear();
   at_intervals_.clear();
   gravity_first_ = false;
-  speed_limit_ = std::numeric_limits<double>::infinity();
+  guards_.clear();
   if (!pair_) return "balls touch without pair_style gran ... surface fast";
   if (const std::string reason = pair_->needs_engine_loop(); !reason.empty()) return reason;
   for (int f = 0; f < modify->nfix; ++f) {
@@ -132,8 +132,7 @@ std::string MillLoop::place_in_step(Fix* fix, int mask)
     if (!track->reads_analytic_walls_only()) return "reads contacts with a mesh";
     track_ = track;
   }
-  if (auto* guard = dynamic_cast<FixMillGuard*>(fix))
-    speed_limit_ = std::min(speed_limit_, guard->speed_limit());
+  if (auto* guard = dynamic_cast<FixMillGuard*>(fix)) guards_.push_back(guard);
   if (mask & END_OF_STEP) {
     if (auto* known = dynamic_cast<EndsSteps*>(fix))
       ends_steps_.push_back(known);
@@ -419,7 +418,11 @@ void MillLoop::advance()
   pass.own_skins = skin.by_speed();
   pass.origin = skin.origin();
   skin.turn_columns(pair_->skin().time_since_build(update->ntimestep + 1), pass.turn_columns);
-  pass.speed_limit2 = speed_limit_ * speed_limit_;
+  double limit = std::numeric_limits<double>::infinity();
+  for (const FixMillGuard* guard : guards_)
+    if (guard->checks_speeds_now()) limit = std::min(limit, guard->speed_limit());
+  pass.checks_speed = std::isfinite(limit);
+  pass.speed_limit2 = limit * limit;
   const kernels::ContactWatch* watch = track_ ? &track_->begin_pass() : nullptr;
   pass.watch = watch;
   found_ = pair_->kernel().advance(pass);

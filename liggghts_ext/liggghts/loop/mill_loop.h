@@ -13,6 +13,7 @@ class EndsSteps;
 class Fix;
 class FixBallRows;
 class FixMillDetachTrack;
+class FixMillGuard;
 class FixMillSimilarity;
 class FixWallMill;
 class PairGranFast;
@@ -62,7 +63,7 @@ class MillLoop : public Verlet {
   bool gravity_first_ = false;
   std::vector<EndsSteps*> ends_steps_;
   std::vector<Fix*> at_intervals_;  ///< fixes that act at the end of every nth step only
-  double speed_limit_;              ///< of the guards [m/s]
+  std::vector<FixMillGuard*> guards_;
 
   bool on_rows_ = false;  ///< the rows are up to date, and begin the present step
   int signals_ = 0;       ///< received by any rank, as bits

@@ -254,8 +254,10 @@ const millscale::kernels::ContactWatch& FixMillDetachTrack::begin_pass()
 void FixMillDetachTrack::end_step(const millscale::kernels::Advanced& found)
 {
   const Now step = now();
+  constexpr int ahead = 4;  // records lie far apart in memory
   for (int k = 0; k < found.moments; ++k) {
     const millscale::kernels::Moment& ball = moments_[k];
+    if (k + ahead < found.moments) __builtin_prefetch(row(moments_[k + ahead].ball), 1);
     observe(ball.ball, ball.position.data(), ball.velocity.data(), step);
   }
 }

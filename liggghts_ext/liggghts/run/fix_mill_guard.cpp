@@ -129,7 +129,7 @@ void FixMillGuard::pre_exchange()
 /// the next.
 void FixMillGuard::end_of_step()
 {
-  if (update->ntimestep % speeds_every_ == 0) check_speeds();
+  if (checks_speeds_now()) check_speeds();
   if (update->ntimestep % every_ != 0) return;
   turn_ = millscale::Turn(mill_fix_->mill_angle());
   check_box();
@@ -160,13 +160,17 @@ void FixMillGuard::check_speed(const charge::Suspect& ball, int i) const
 bool FixMillGuard::needs_arrays() const
 {
   constexpr int all_balls = 0;  // the engine's first group
-  const bigint now = update->ntimestep;
-  return now % every_ == 0 || (igroup != all_balls && now % speeds_every_ == 0);
+  return update->ntimestep % every_ == 0 || (igroup != all_balls && checks_speeds_now());
+}
+
+bool FixMillGuard::checks_speeds_now() const
+{
+  return update->ntimestep % speeds_every_ == 0;
 }
 
 void FixMillGuard::end_step(const millscale::kernels::Advanced& found)
 {
-  if (!found.fast || update->ntimestep % speeds_every_ != 0) return;
+  if (!found.fast || !checks_speeds_now()) return;
   const auto& fast = found.first_fast;
   check_speed({atom->tag[fast.ball], fast.position, fast.velocity, fast.force}, fast.ball);
 }

@@ -32,6 +32,8 @@ class FixMillGuard : public Fix, public EndsSteps {
   void end_step(const millscale::kernels::Advanced&) override;
 
   double speed_limit() const { return speed_limit_; }  ///< [m/s]
+  /// Return whether the speeds are checked at the end of the present step.
+  bool checks_speeds_now() const;
 
  private:
   void parse(int narg, char** arg);
