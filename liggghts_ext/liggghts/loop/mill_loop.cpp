@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 
@@ -377,12 +378,19 @@ void MillLoop::evaluate_walls()
   constexpr int velocity = sizeof(kernels::VelocityRow) / sizeof(double);
   constexpr int force = sizeof(kernels::ForceRow) / sizeof(double);
   constexpr int single_force = sizeof(kernels::SingleForceRow) / sizeof(float);
-  const BallNumbers damping = rows_->single ? BallNumbers(&rows.single_force->damping, single_force)
-                                            : BallNumbers(&rows.force->damping, force);
-  const WallInput balls{{&rows.position->x, position},
-                        {rows.velocity->velocity, velocity},
-                        {rows.velocity->spin, velocity},
-                        damping};
+  // The first number of the first ball; a rank may have none.
+  const auto* at = reinterpret_cast<const double*>(rows.position);
+  const auto* motion = reinterpret_cast<const double*>(rows.velocity);
+  const auto* force_row = reinterpret_cast<const double*>(rows.force);
+  const auto* single_row = reinterpret_cast<const float*>(rows.single_force);
+  const WallInput balls{
+      {at, position},
+      {motion, velocity},
+      {motion + offsetof(kernels::VelocityRow, spin) / sizeof(double), velocity},
+      rows_->single
+          ? BallNumbers(single_row + offsetof(kernels::SingleForceRow, damping) / sizeof(float),
+                        single_force)
+          : BallNumbers(force_row + offsetof(kernels::ForceRow, damping) / sizeof(double), force)};
   for (FixWallMill* wall : walls_)
     for (const WallForce& on : wall->evaluate(balls, update->dt)) {
       kernels::WallForce& to = wall_forces_.emplace_back();
