@@ -17,6 +17,7 @@ RESOLUTION = (
 )
 CELLS_PER_RESOLUTION = 3
 HALF_WIDTH = 1.1  # of the grid; the liner reaches R / (R - a), 1.014 at S = 2.6
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -40,15 +41,23 @@ class Grid:
         cells = int(np.ceil(2.0 * HALF_WIDTH * CELLS_PER_RESOLUTION / self.resolution))
         return np.linspace(-HALF_WIDTH, HALF_WIDTH, cells + 1)
 
-    @cached_property
-    def points(self) -> np.ndarray:
-        """Return [x, z] of the nodes, (n * n, 2) float, x fastest."""
-        x, z = np.meshgrid(self.nodes, self.nodes)
-        return np.column_stack([x.ravel(), z.ravel()])
-
     def inside(self, outline: np.ndarray) -> np.ndarray:
-        """Return which nodes are inside a closed polygon (m, 2), (n, n) bool [z, x]."""
-        return Polygon(outline).contains_points(self.points).reshape(2 * self.nodes.shape)
+        """Return which nodes are inside a closed polygon (m, 2), (n, n) bool [z, x].
+
+        Nodes nearer to the origin than the polygon are inside or outside as the origin is.
+        """
+        polygon = Polygon(outline)
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        begin = np.searchsorted(self.nodes, low, side="left")
+        end = np.searchsorted(self.nodes, high, side="right")
+        columns, rows = (slice(*ends) for ends in zip(begin, end, strict=True))
+        x, z = np.meshgrid(self.nodes[columns], self.nodes[rows])
+        in_box = np.full(x.shape, polygon.contains_point((0.0, 0.0)))
+        far = np.hypot(x, z) >= (1.0 - _ROUNDING) * _distance_from_origin(outline)
+        in_box[far] = polygon.contains_points(np.column_stack([x[far], z[far]]))
+        found = np.zeros(2 * self.nodes.shape, bool)
+        found[rows, columns] = in_box
+        return found
 
     def smooth(self, values: np.ndarray) -> np.ndarray:
         """Return values (n, n) at the nodes, averaged by the kernel."""
@@ -85,3 +94,11 @@ def value_at(field: np.ndarray, points: np.ndarray, grid: Grid) -> np.ndarray:
     column, row = np.rint((points - grid.nodes[0]) / grid.step).astype(int).T
     last = grid.nodes.size - 1
     return field[np.clip(row, 0, last), np.clip(column, 0, last)]
+
+
+def _distance_from_origin(outline: np.ndarray) -> float:
+    """Return the distance of the origin from a closed polygon (m, 2)."""
+    side = np.roll(outline, -1, axis=0) - outline
+    squared = (side**2).sum(axis=1)
+    along = -(outline * side).sum(axis=1) / np.where(squared > 0.0, squared, 1.0)
+    return float(np.hypot(*(outline + np.clip(along, 0.0, 1.0)[:, None] * side).T).min())

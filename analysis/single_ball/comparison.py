@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol, TypeVar
 
-from scipy.stats import linregress
+import numpy as np
 
 from millscale.analysis.finished import SingleBall
 from millscale.analysis.measures import (
@@ -255,8 +255,11 @@ def regression_line(predicted: Sequence[float], ratio: Sequence[float]) -> Line:
     """Return the line through ratios against their predictions."""
     if len(set(predicted)) < 3:
         return Line()
-    line = linregress(predicted, ratio)
-    return Line(float(line.slope), float(line.intercept), float(line.rvalue))
+    (xx, xy), (_, yy) = np.cov(predicted, ratio, bias=True)
+    slope = xy / xx
+    intercept = np.mean(ratio) - slope * np.mean(predicted)
+    correlation = float(np.clip(xy / np.sqrt(xx * yy), -1.0, 1.0)) if yy > 0.0 else None
+    return Line(float(slope), float(intercept), correlation)
 
 
 def _row(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.path import Path as Polygon
 from numpy.testing import assert_allclose
 
 from millscale.analysis.shapes.comparison import points_along
@@ -28,6 +29,32 @@ def test_fraction_is_the_sum_of_kernels_over_the_balls():
     assert_allclose(field[nodes[:, 1], nodes[:, 0]], naive, atol=0.02 * 3.0 / (2 * np.pi * w**2))
     assert_allclose(field.sum() * grid.step**2, areas.sum(), rtol=1e-12)
     assert_allclose(value_at(field, at, grid), field[nodes[:, 1], nodes[:, 0]])
+
+
+SQUARE = 0.5 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+AROUND = np.linspace(0.0, 2.0 * np.pi, 1000)
+WAVES = (0.9 + 0.05 * np.cos(25.0 * AROUND)) * np.array([np.cos(AROUND), np.sin(AROUND)])
+
+
+@pytest.mark.parametrize(
+    "outline",
+    [
+        CIRCLE,
+        SQUARE,
+        np.array([0.3, 0.0]) + SQUARE,
+        np.array([0.7, -0.6]) + SQUARE,  # also past the edge of the grid
+        WAVES.T,
+        np.vstack([SQUARE, 1.5 * SQUARE[::-1]]),  # around the origin, with a hole there
+        np.array([3.0, 0.0]) + SQUARE,
+    ],
+)
+def test_nodes_inside_an_outline_are_those_that_a_search_of_all_nodes_finds(outline):
+    grid = Grid(0.05)
+    nodes = np.column_stack(
+        [np.tile(grid.nodes, grid.nodes.size), np.repeat(grid.nodes, grid.nodes.size)]
+    )
+    naive = Polygon(outline).contains_points(nodes).reshape(grid.nodes.size, -1)
+    np.testing.assert_array_equal(grid.inside(outline), naive)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.6])

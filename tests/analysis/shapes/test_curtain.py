@@ -74,10 +74,10 @@ def parabola_curtain(count: int, spread: float, seed: int = 0) -> np.ndarray:
 
 
 def parabola_region(grid: Grid, spread: float) -> np.ndarray:
-    x, z = grid.points.T
+    x, z = np.meshgrid(grid.nodes, grid.nodes)
     t = np.sqrt(np.maximum(0.0, (0.5 - z) / 0.9))
     inside = (np.abs(x + 0.2 - 0.5 * t) < spread) & (t > 0.1) & (t < 1.0)
-    return inside.reshape(grid.nodes.size, -1)
+    return inside
 
 
 @pytest.mark.parametrize("count", [100, 1000, 10000])
