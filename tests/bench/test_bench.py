@@ -1,6 +1,7 @@
 """Bench: the state every engine starts from, the decks, and the evaluation of the times."""
 
 import json
+import re
 import shutil
 from dataclasses import replace
 
@@ -8,10 +9,14 @@ import numpy as np
 import pytest
 
 from millscale.bench.charge_means import SLICES, WALLS, edited
-from millscale.bench.command import bench
-from millscale.bench.compare import Plan, ratio_of_medians, rows
+from millscale.bench.command import bench, campaign_over_bare
 from millscale.bench.engines import (
     ANALYTIC_WALL_ONLY,
+    BARE,
+    BARE_MIXED,
+    CAMPAIGN,
+    CAMPAIGN_MIXED,
+    CONTACTS,
     LAMMPS,
     LIGGGHTS,
     MILLSCALE,
@@ -19,6 +24,7 @@ from millscale.bench.engines import (
     Phases,
     time_run,
 )
+from millscale.bench.rounds import Plan, ratio_of_medians, rows
 from millscale.bench.scenes import MILLS, SCENES, SIZES
 from millscale.bench.size_figure import draw_sizes
 from millscale.bench.state import State, read_data, write_data
@@ -91,7 +97,7 @@ def test_rows_compare_with_stock_liggghts(tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_that_names_the_known_ones(tmp_path):
-    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, size"):
+    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, size, campaign"):
         bench("s3", True, tmp_path / "runs", None)
     assert not (tmp_path / "runs").exists()
 
@@ -120,20 +126,72 @@ def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_pat
     assert (tmp_path / "size.png").stat().st_size > 10_000
 
 
-@pytest.mark.engine
-@pytest.mark.parametrize("variant", [MILLSCALE, ANALYTIC_WALL_ONLY, LIGGGHTS])
-def test_every_engine_runs_the_state_and_its_time_adds_up(tmp_path, variant):
+def moving_state(tmp_path):
+    """Return a state of a few balls in the mill at S = 2.6, with the files that it needs."""
     case = next(c for c in cases_of(load_campaign(MILLS)) if c.S == 2.6)
     write_dump(tmp_path / "state.dump", some_balls())
     box = (case.domain.half_box_m, case.mill.simulated_length_m)
     count = write_data(tmp_path / "state.dump", box, tmp_path / "state.data")
     surface = build_liner_mesh(liner_of(case.mill), box[1], case.wall.chord_error_m, 1)
     write_stl(tmp_path / "liner.stl", surface)
-    state = State(case, tmp_path / "state.data", tmp_path / "liner.stl", 0.3, count)
+    return State(case, tmp_path / "state.data", tmp_path / "liner.stl", 0.3, count)
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("variant", [MILLSCALE, ANALYTIC_WALL_ONLY, LIGGGHTS])
+def test_every_engine_runs_the_state_and_its_time_adds_up(tmp_path, variant):
+    state = moving_state(tmp_path)
     phases = time_run(variant, state, 1, 2, 50, tmp_path / "run")
     assert phases.total > 0.0
     parts = phases.pair + phases.neigh + phases.comm + phases.other
     assert parts == pytest.approx(phases.total, rel=0.02)
+
+
+@pytest.mark.engine
+@pytest.mark.parametrize("bare, campaign", [(BARE, CAMPAIGN), (BARE_MIXED, CAMPAIGN_MIXED)])
+def test_a_campaign_s_step_measures_more_and_moves_the_balls_as_the_bare_step(
+    tmp_path, bare, campaign
+):
+    state, energies = moving_state(tmp_path), []
+    for variant in (bare, campaign):
+        folder = tmp_path / variant.step
+        assert time_run(variant, state, 1, 100, 200, folder).total > 0.0
+        log = (folder / "log.bench").read_text()
+        energies.append(re.findall(r"^ *300 +56 +(\S+) +(\S+)", log, re.M)[-1])
+        measured = ("compute detach" in log, "fix guard" in log)
+        assert measured == (variant == campaign,) * 2
+        assert f"precision {CONTACTS[variant.pair].precision}" in log
+    assert energies[0] == energies[1]
+    assert not (tmp_path / "bare" / "series.csv").exists()
+    series = (tmp_path / "campaign" / "series.csv").read_text().splitlines()
+    assert len(series) == 1 + 300 // state.case.output.sample_steps
+    assert (tmp_path / "campaign" / "occupancy.csv").stat().st_size > 1000
+
+
+def test_the_step_of_a_campaign_is_compared_with_the_bare_step_of_its_round():
+    bare, campaign = (
+        [Phases(ns, *[None] * 4, loop) for ns in each]
+        for each, loop in (
+            ([10.0, 30.0, 20.0], "millscale's"),
+            ([11.0, 36.0, 21.0], "the engine's"),
+        )
+    )
+    found = campaign_over_bare(bare, campaign)
+    assert found["ratio"] == pytest.approx(1.1)
+    assert found["bare_time_loop"] == "millscale's"
+    assert found["campaign_time_loop"] == "the engine's"
+
+
+def test_the_loop_that_ran_is_read_from_the_log(tmp_path, monkeypatch):
+    text = (
+        "Time loop: millscale's\nLoop time of 1 on 1 procs for 5 steps with 56 atoms\n"
+        "Time loop: the engine's, because of fix wall\n"
+        "Loop time of 2 on 1 procs for 10 steps with 56 atoms\nPair  time (%) = 2 (100)\n"
+    )
+    monkeypatch.setattr("millscale.bench.engines.engine_output", lambda *_: text)
+    phases = time_run(MILLSCALE, moving_state(tmp_path), 1, 5, 10, tmp_path / "run")
+    assert phases.time_loop == "the engine's, because of fix wall"
+    assert phases.total == pytest.approx(2e9 / 560)
 
 
 @pytest.mark.parametrize("variants", [WALLS, SLICES])

@@ -3,52 +3,81 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
 from millscale.bench.ball import ball_speedup, mesh_convergence
-from millscale.bench.charge_means import SLICES, WALLS, compared
-from millscale.bench.compare import Plan, interleaved, ratio_of_medians, rows
+from millscale.bench.charge_means import SLICES, WALLS
+from millscale.bench.charge_means import compared as means_of
+from millscale.bench.earlier import compared, read_earlier
 from millscale.bench.engines import (
     ANALYTIC_WALL_ONLY,
+    BARE,
+    BARE_MIXED,
+    CAMPAIGN,
+    CAMPAIGN_MIXED,
     LAMMPS,
     LIGGGHTS,
     MILLSCALE,
     MIXED,
     YADE,
+    Phases,
     Variant,
 )
-from millscale.bench.scenes import SCENES, SIZES, Scene, prepare
+from millscale.bench.machine_kind import machine_kind
+from millscale.bench.rounds import Plan, interleaved, ratio_of_medians, rows
+from millscale.bench.scenes import CASE, SCENES, SIZES, Scene, prepare
 from millscale.bench.size_figure import draw_sizes
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError
 
 WARM_STEPS = 200
-REPEATS = 3
+REPEATS = 3  # of one ball
+QUICK_ROUNDS = 5
 DRUM_SCENE = "drum"
 WALL, SLICE, SIZE = "wall", "slices", "size"
 
 
-def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
+def bench(
+    scene_name: str, quick: bool, runs: Path, console: Console, earlier: Path | None = None
+) -> dict:
     """Return rows and provenance of one scene.
 
+    Args:
+        earlier: result to compare with.
+
     Raises:
-        CampaignError: no such scene.
+        CampaignError: no such scene, or none that can be compared.
+        RunFolderError: the earlier result is damaged, or of another scene or kind of machine.
     """
+    if earlier is None:
+        return _measured(scene_name, quick, runs, console)
+    if scene_name not in (*SCENES, SIZE):
+        known = ", ".join((*SCENES, SIZE))
+        raise CampaignError("millscale bench", "--compare", f"got scene {scene_name}", known)
+    before = read_earlier(earlier, scene_name)
+    result = _measured(scene_name, quick, runs, console)
+    return result | {"compared": compared(result["rows"], before, earlier)}
+
+
+def _measured(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
     if scene_name == WALL:
         return _walls(runs, console)
     if scene_name == SLICE:
         return {
             "schema": 1,
-            "slices": compared(SLICES, runs, console),
+            "slices": means_of(SLICES, runs, console),
             "provenance": provenance(),
         }
     if scene_name == SIZE:
         return _sizes(runs, console)
+    if scene_name == CASE.name:
+        return _campaign_step(quick, runs, console)
     if scene_name not in SCENES:
-        known = ", ".join((*SCENES, WALL, SLICE, SIZE))
+        known = ", ".join((*SCENES, WALL, SLICE, SIZE, CASE.name))
         raise CampaignError("millscale bench", "--scene", f"got {scene_name}", known)
     scene = SCENES[scene_name]
     state = prepare(scene, runs, console)
@@ -57,12 +86,45 @@ def bench(scene_name: str, quick: bool, runs: Path, console: Console) -> dict:
         variants += (LAMMPS, YADE)
     plan = _plan(scene, quick)
     timed = interleaved(variants, state, plan, runs / "timed", console.print)
-    result = {
+    return {
         "schema": 1,
+        "machine_kind": machine_kind(),
         "rows": rows(scene.name, variants, state, plan, timed),
         "provenance": provenance(),
     }
-    return result
+
+
+def _campaign_step(quick: bool, runs: Path, console: Console) -> dict:
+    """Return the time of a step of a campaign over that of the bare step, for each precision."""
+    state = prepare(CASE, runs, console)
+    plan = _plan(CASE, quick)
+    variants = (BARE, CAMPAIGN, BARE_MIXED, CAMPAIGN_MIXED)
+    timed = interleaved(variants, state, plan, runs / "timed", console.print)
+    pairs = {"double": timed[:2], "mixed": timed[2:]}
+    return {
+        "schema": 1,
+        "machine_kind": machine_kind(),
+        "balls": state.balls,
+        "ranks": plan.ranks,
+        "steps": plan.steps,
+        "campaign_step": {
+            precision: campaign_over_bare(bare, campaign)
+            for precision, (bare, campaign) in pairs.items()
+        },
+        "provenance": provenance(),
+    }
+
+
+def campaign_over_bare(bare: Sequence[Phases], campaign: Sequence[Phases]) -> dict:
+    """Return the ratio of the times of both steps, round by round [ns per ball, step and core]."""
+    times = [[phases.total for phases in runs] for runs in (bare, campaign)]
+    return {
+        "ratio": ratio_of_medians(times[1], times[0]),
+        "bare_ns": times[0],
+        "campaign_ns": times[1],
+        "bare_time_loop": bare[0].time_loop,
+        "campaign_time_loop": campaign[0].time_loop,
+    }
 
 
 def _sizes(runs: Path, console: Console) -> dict:
@@ -78,7 +140,12 @@ def _sizes(runs: Path, console: Console) -> dict:
     picture = runs / "cost-against-size.png"
     draw_sizes(table, picture)
     console.print(f"picture: {picture}")
-    return {"schema": 1, "rows": table, "provenance": provenance()}
+    return {
+        "schema": 1,
+        "machine_kind": machine_kind(),
+        "rows": table,
+        "provenance": provenance(),
+    }
 
 
 def _walls(runs: Path, console: Console) -> dict:
@@ -99,7 +166,7 @@ def _walls(runs: Path, console: Console) -> dict:
             "with_stock_contacts": _wall_speedup(wall_only, mesh),
         },
         "mesh_convergence": mesh_convergence(runs, console),
-        "charge_on_both_walls": compared(WALLS, runs, console),
+        "charge_on_both_walls": means_of(WALLS, runs, console),
         "rows": rows(scene.name, variants, state, plan, timed),
         "provenance": provenance(),
     }
@@ -107,7 +174,7 @@ def _walls(runs: Path, console: Console) -> dict:
 
 def _plan(scene: Scene, quick: bool) -> Plan:
     if quick:
-        return Plan(scene.ranks, WARM_STEPS, scene.quick_steps, REPEATS)
+        return Plan(scene.ranks, WARM_STEPS, scene.quick_steps, QUICK_ROUNDS)
     return Plan(scene.ranks, WARM_STEPS, scene.steps, scene.rounds)
 
 
@@ -125,7 +192,15 @@ def _wall_speedup(analytic, mesh) -> dict:
 def table(result: dict) -> Table:
     """Return the rows as a table for a terminal."""
     shown = Table(
-        "engine", "wall", "pair", "balls", "ranks", "ns per ball, step, core", "of stock", "split"
+        "engine",
+        "wall",
+        "pair",
+        "balls",
+        "ranks",
+        "ns per ball, step, core",
+        "of stock",
+        "split",
+        "time loop",
     )
     for row in result["rows"]:
         each = row["ns_per_particle_step_core"]
@@ -138,6 +213,7 @@ def table(result: dict) -> Table:
             f"{each['median']:.0f} ({each['min']:.0f} to {each['max']:.0f})",
             f"{row['ratio_to_liggghts']:.2f} x",
             ", ".join(f"{name} {ns:.0f}" for name, ns in row["split_ns"].items()),
+            row["time_loop"] or "",
         )
     return shown
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from millscale.bench.case_step import write_case_step
 from millscale.bench.peers import PEERS, Timed
 from millscale.bench.running import engine_output
 from millscale.bench.state import State
@@ -21,6 +23,7 @@ from millscale.runs.liner import liner_of
 from millscale.runs.writing import write_text
 
 DECKS = Path(__file__).parent / "decks"
+_TIME_LOOP = re.compile(r"^Time loop: (.+)$", re.M)
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,14 @@ class Variant:
         wall: analytic or mesh.
         pair: a key of CONTACTS; of another engine, the name of its contact model.
         skin: of the neighbour list [m]; by default the optimum of stock contacts.
+        step: scene, a deck of the bench; or bare and campaign, steps of the decks of the case.
     """
 
     engine: str
     wall: str
     pair: str
     skin: float = 0.015
+    step: str = "scene"
 
 
 LAMMPS = Variant("lammps", "analytic", "granular")
@@ -46,6 +51,10 @@ MILLSCALE = Variant("millscale", "analytic", "fast", skin=0.020)
 MIXED = Variant("millscale", "analytic", "mixed", skin=0.020)
 LIGGGHTS = Variant("liggghts", "mesh", "stock")
 ANALYTIC_WALL_ONLY = Variant("millscale", "analytic", "stock")
+# Skin and damping of these are those of the case.
+BARE, BARE_MIXED, CAMPAIGN, CAMPAIGN_MIXED = (
+    replace(variant, step=step) for step in ("bare", "campaign") for variant in (MILLSCALE, MIXED)
+)
 
 CONTACTS = {
     "fast": ContactOptions(damping="plain"),
@@ -56,13 +65,18 @@ CONTACTS = {
 
 @dataclass(frozen=True)
 class Phases:
-    """Time of the parts of a run [ns per ball, step and core]; None if the engine lacks it."""
+    """Time of the parts of a run [ns per ball, step and core]; None if the engine lacks it.
+
+    Attributes:
+        time_loop: the loop that ran, in the words of the log; None if the log names none.
+    """
 
     total: float
     pair: float | None
     neigh: float | None
     comm: float | None
     other: float | None
+    time_loop: str | None = None
 
     @property
     def outside_pair_and_neigh(self) -> float:
@@ -95,16 +109,21 @@ def time_run(
     if variant.engine in PEERS:
         timed = PEERS[variant.engine](state, values, ranks, folder)
         return _phases_of_peer(timed, 1e9 * ranks / (steps * state.balls))
-    contacts = CONTACTS[variant.pair].pair_style_words()
-    models = "hertz tangential history rolling_friction ${rolling}"
-    write_text(folder / "pair.in", f"pair_style gran model {models} {contacts}\n")
-    for deck in DECKS.glob("*.in"):
-        shutil.copyfile(deck, folder / deck.name)
-    lines = [f"variable {name} string {value}\n" for name, value in values.items()]
-    write_text(folder / "values.in", "".join(lines))
-    line = mpirun_line(engine_of(variant), "bench.in", "log.bench", ranks)
-    text = engine_output(line, folder)
-    return _phases(text[text.rindex("Loop time of") :])
+    contacts = CONTACTS[variant.pair]
+    for path in DECKS.glob("*.in"):
+        shutil.copyfile(path, folder / path.name)
+    if variant.step == "scene":
+        models = "hertz tangential history rolling_friction ${rolling}"
+        words = contacts.pair_style_words()
+        write_text(folder / "pair.in", f"pair_style gran model {models} {words}\n")
+        lines = [f"variable {name} string {value}\n" for name, value in values.items()]
+        write_text(folder / "values.in", "".join(lines))
+        deck = "bench.in"
+    else:
+        deck = write_case_step(variant.step, contacts.precision, state, (warm_steps, steps), folder)
+    text = engine_output(mpirun_line(engine_of(variant), deck, "log.bench", ranks), folder)
+    loop = _TIME_LOOP.findall(text)
+    return _phases(text[text.rindex("Loop time of") :], loop[-1].strip() if loop else None)
 
 
 def _phases_of_peer(timed: Timed, each: float) -> Phases:
@@ -112,10 +131,11 @@ def _phases_of_peer(timed: Timed, each: float) -> Phases:
     if timed.pair is None or timed.neigh is None or timed.comm is None:
         return Phases(timed.total * each, None, None, None, None)
     parts = (timed.pair, timed.neigh, timed.comm)
-    return Phases(*(each * t for t in (timed.total, *parts, timed.total - sum(parts))))
+    pair, neigh, comm, other = (each * t for t in (*parts, timed.total - sum(parts)))
+    return Phases(each * timed.total, pair, neigh, comm, other)
 
 
-def _phases(text: str) -> Phases:
+def _phases(text: str, time_loop: str | None = None) -> Phases:
     loop = loop_timing(text)
     if loop is None:
         raise EngineError("the engine's output has no timing of its steps")
@@ -127,6 +147,7 @@ def _phases(text: str) -> Phases:
         each * share["neigh"],
         each * share["comm"],
         each * (share["other"] + share["output"]),
+        time_loop,
     )
 
 

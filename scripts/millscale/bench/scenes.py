@@ -19,6 +19,7 @@ from millscale.runs.writing import write_json
 
 MILLS = Path(__file__).parent / "mills.toml"
 DRUM = Path(__file__).parent / "drum.toml"
+SLICE_OF_MILL = Path(__file__).parent / "slice.toml"
 _ANGLE = re.compile(r"^ *\d+ +\d+ +\S+ +(\S+)", re.M)
 
 
@@ -47,11 +48,14 @@ class Scene:
 SCENES = {
     scene.name: scene
     for scene in (
-        Scene("s2.6", MILLS, "mb-cg-paper-S2.600", 1, 1000, 800, 11),
+        Scene("s2.6", MILLS, "mb-cg-paper-S2.600", 1, 1000, 500, 11),
         Scene("s1", MILLS, "mb-cg-paper-S1.000", 2, 400, 200, 5),
         Scene("drum", DRUM, "mb-cg-paper-S1.000", 1, 500, 400, 5),
     )
 }
+
+# For the step of a campaign over the bare one.
+CASE = Scene("campaign", SLICE_OF_MILL, "mb-cg-paper-S2.600", 1, 2000, 1000, 11)
 
 # For the cost against size: about equal ball-steps.
 SIZES = tuple(

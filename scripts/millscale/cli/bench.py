@@ -25,7 +25,8 @@ def time_step_cost(
             "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
             "wall: mesh against analytic wall, for one ball and for s2.6; "
             "size: 1,020 to 231,461 balls on 1 and 2 ranks, with a figure; "
-            "slices: the means of a shorter piece of the mill.",
+            "slices: the means of a shorter piece of the mill; "
+            "campaign: a step of a campaign over the bare step.",
         ),
     ] = "s2.6",
     quick: Annotated[
@@ -34,14 +35,24 @@ def time_step_cost(
     runs: Annotated[
         Path, typer.Option("--runs", metavar="DIR", help="Folder for the rotating mills.")
     ] = Path("runs/bench"),
+    compare: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Earlier result (--json) of this scene on this kind of machine: adds whether a "
+            "step is faster or slower than it, by the ratios to stock.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Time a step of a rotating mill: millscale against tuned stock LIGGGHTS, in turns.
 
     The first call rotates the mill until the charge moves and keeps it in DIR: one or two minutes
-    for s2.6, half an hour for s1. Run nothing else on the machine at the same time.
+    for s2.6, half an hour for s1. Run nothing else on the machine at the same time. The exit code
+    does not depend on --compare.
 
-    Example: `millscale bench --scene s2.6 --quick --json`
+    Examples: `millscale bench --scene s2.6 --quick --json > s2.6.json`,
+    `millscale bench --scene s2.6 --quick --compare s2.6.json`
     """
     if context.invoked_subcommand:
         return
@@ -49,11 +60,13 @@ def time_step_cost(
     from millscale.bench.command import table, text
 
     console = Console(stderr=True) if as_json else console_of()
-    result = time_scene(scene, quick, runs, console)
+    result = time_scene(scene, quick, runs, console, compare)
     if as_json or "rows" not in result:
         typer.echo(text(result))
     else:
         console.print(table(result))
+        if compare:
+            console.print(result["compared"]["summary"], soft_wrap=True, highlight=False)
 
 
 @bench.command("output-cost")

@@ -80,6 +80,7 @@ def rows(
                     for name in ("pair", "neigh", "comm", "other")
                     if phases[0].pair is not None
                 },
+                "time_loop": phases[0].time_loop,
                 "repeats": each,
             }
         )
