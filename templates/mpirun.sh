@@ -5,6 +5,8 @@
 #   sh mpirun.sh                    @ranks@ MPI ranks
 #   RANKS=N sh mpirun.sh            N MPI ranks
 #   LIGGGHTS_MILL=FILE sh mpirun.sh the engine, if it is not liggghts_mill on the PATH
+#   RANKS=N sbatch --nodes=M --ntasks-per-node=1 --cpus-per-task=C mpirun.sh
+#                                   a job of Slurm on M nodes with C ranks on each, N = M C
 #   sh mpirun.sh OPTION ...         options for mpirun, such as --oversubscribe
 # Repeat the command to resume an interrupted run. Its commands:
 @lines@
@@ -18,12 +20,24 @@ if [ "$(id -u)" -eq 0 ]; then
     # Open MPI refuses root without these.
     export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 fi
+nodes=${SLURM_JOB_NUM_NODES:-1} job=${SLURM_JOB_ID:-} names=${SLURM_JOB_NODELIST:-}
+slurm_conf=${SLURM_CONF:-}
 # mpirun starts all ranks on this node, as in `millscale run`: hide the batch system from it.
 for name in $(env | sed -n -e 's/^\(SLURM_[A-Za-z0-9_]*\)=.*/\1/p' \
     -e 's/^\(PBS_[A-Za-z0-9_]*\)=.*/\1/p' -e 's/^\(LSB_[A-Za-z0-9_]*\)=.*/\1/p' \
     -e 's/^\(PE_HOSTFILE\)=.*/\1/p' -e 's/^\(PMIX*_[A-Za-z0-9_]*\)=.*/\1/p'); do
     unset "$name"
 done
+
+# In a Slurm job of several nodes, let mpirun spread the ranks over them.
+spread() {
+    [ "$nodes" -gt 1 ] || return 0
+    each=$(((ranks + nodes - 1) / nodes))
+    export SLURM_JOB_ID="$job" SLURM_JOBID="$job" SLURM_TASKS_PER_NODE="$each(x$nodes)"
+    export SLURM_JOB_NODELIST="$names" SLURM_NODELIST="$names" SRUN_CPUS_PER_TASK="$each"
+    export OMPI_MCA_rmaps_base_mapping_policy="ppr:$each:node"
+    [ -z "$slurm_conf" ] || export SLURM_CONF="$slurm_conf"
+}
 
 stop() {
     echo "mpirun.sh: $*" >&2

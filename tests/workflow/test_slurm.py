@@ -1,6 +1,6 @@
-"""`millscale run --slurm` on a real Slurm of one node, started and stopped here.
+"""`millscale run --slurm` on a real Slurm of two nodes, started and stopped here.
 
-The node is configured with four cores on any machine: these tests measure no time.
+The nodes are configured with four cores each on any machine: these tests measure no time.
 """
 
 import importlib.util
@@ -14,27 +14,27 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-import slurm_node
+import slurm_cluster
 
 from millscale.workflow.targets import Slurm
 from small_campaign import CHARGE, SINGLE_BALLS
 from small_command import Millscale, small
 
 MISSING = [
-    *slurm_node.missing(),
+    *slurm_cluster.missing(),
     *([] if importlib.util.find_spec(Slurm.plugin) else [Slurm.plugin]),
 ]
 pytestmark = pytest.mark.skipif(
     bool(MISSING), reason=f"no {', '.join(MISSING)}: apt-get install slurmctld slurmd munge"
 )
-CORES = 4
+NODES, CORES = 2, 4
 
 
 @pytest.fixture(scope="module")
-def node():
+def cluster():
     # Sockets have short paths.
     folder = Path(tempfile.mkdtemp(prefix="slurm", dir="/tmp"))
-    with slurm_node.node(folder / "n", CORES) as running:
+    with slurm_cluster.cluster(folder / "n", CORES, NODES) as running:
         yield running
     shutil.rmtree(folder)
 
@@ -42,10 +42,10 @@ def node():
 @dataclass(frozen=True)
 class OnSlurm:
     command: Millscale
-    node: slurm_node.Node
+    cluster: slurm_cluster.Cluster
 
     def start(self, *arguments, **more):
-        return self.command.start("run", "--slurm", *arguments, **(self.node.environment | more))
+        return self.command.start("run", "--slurm", *arguments, **(self.cluster.environment | more))
 
     def end(self, process, seconds=240):
         output, errors = process.communicate(timeout=seconds)
@@ -54,11 +54,15 @@ class OnSlurm:
     def done(self, case_id):
         return (self.command.case(case_id) / "result.json").exists()
 
+    def printed(self, stage):
+        """Return what a stage of the charge printed."""
+        return (self.command.case(CHARGE) / f"out.{stage}").read_text()
+
     def attempts(self):
         """Numbers of the jobs of this run, in order."""
         ours = [
             line.split()[0]
-            for line in self.node(
+            for line in self.cluster(
                 "squeue", "--noheader", "--states", "all", "--format", "%i %Z"
             ).splitlines()
             if line.endswith(str(self.command.runs))
@@ -67,12 +71,12 @@ class OnSlurm:
 
     def shown(self, number):
         """Return what Slurm reports of a job, by key."""
-        return dict(re.findall(r"(\S+?)=(\S*)", self.node("scontrol", "show", "job", number)))
+        return dict(re.findall(r"(\S+?)=(\S*)", self.cluster("scontrol", "show", "job", number)))
 
 
 @pytest.fixture
-def on_slurm(node, tmp_path):
-    return OnSlurm(small(tmp_path), node)
+def on_slurm(cluster, tmp_path):
+    return OnSlurm(small(tmp_path), cluster)
 
 
 def test_a_campaign_runs_on_slurm_with_ranks_memory_and_time_of_each_case(on_slurm):
@@ -102,7 +106,7 @@ def test_a_killed_job_is_queued_again_and_finished_cases_are_kept(on_slurm, wait
     wait_for((second / "rotate.part" / "series.csv").exists)
     kept = (first / "timing.json").stat().st_mtime_ns
     (number,) = on_slurm.attempts()
-    on_slurm.node("scancel", "--full", "--signal=KILL", number)
+    on_slurm.cluster("scancel", "--full", "--signal=KILL", number)
     code, output = on_slurm.end(process)
     assert code == 0, output
     assert all(on_slurm.done(x) for x in SINGLE_BALLS)
@@ -158,7 +162,7 @@ def test_a_job_that_slurm_requeues_goes_on(on_slurm, wait_for):
     wait_for((second / "rotate.part" / "series.csv").exists)
     kept = (first / "timing.json").stat().st_mtime_ns
     (number,) = on_slurm.attempts()
-    on_slurm.node("scontrol", "requeue", number)
+    on_slurm.cluster("scontrol", "requeue", number)
     code, output = on_slurm.end(process, 580)
     assert code == 0, output
     assert on_slurm.shown(number)["Restarts"] == "1"
@@ -177,3 +181,70 @@ def test_the_engine_runs_on_two_ranks_in_a_job(on_slurm):
     assert code == 0, output
     timing = json.loads((on_slurm.command.case(CHARGE) / "timing.json").read_text())
     assert timing["ranks"] == 2 and timing["balls"] == 50
+
+
+def test_ranks_beyond_the_cores_of_a_node_get_a_second_one(on_slurm):
+    """Six ranks on nodes of four cores; the stand-in for the engine writes on its first rank."""
+    code, output = on_slurm.end(on_slurm.start("--ranks", "6", "--only", CHARGE))
+    assert code == 0, output
+    assert "6 cores on 2 nodes" in output
+    (job,) = map(on_slurm.shown, on_slurm.attempts())
+    assert (job["NumNodes"], job["NumCPUs"], job["CPUs/Task"]) == ("2", "6", "3")
+    assert "-np 6 --bind-to none --map-by ppr:3:node " in on_slurm.printed("rotate")
+    record = json.loads((on_slurm.command.case(CHARGE) / "provenance.json").read_text())
+    assert record["stages"]["rotate"]["ranks"] == 6
+
+
+def test_what_no_job_can_have_is_refused_before_anything_is_written(on_slurm):
+    for options, cause in [
+        (("--ranks", "9"), "--ranks 9: needs 3 nodes, a job can have 2; accepted: at most 8 ranks"),
+        (("--ranks", "6", "--nodes", "1"), "needs 2 nodes of 4 cores; accepted: --nodes 2, or"),
+    ]:
+        code, output = on_slurm.end(on_slurm.start(*options))
+        assert code == 2 and cause in output, output
+    assert not on_slurm.command.runs.exists()
+
+
+@pytest.mark.validate
+@pytest.mark.engine
+def test_two_ranks_on_two_nodes_give_the_bits_of_two_ranks_on_one(on_slurm, tmp_path):
+    from millscale.engine.deck_run import find_engine
+
+    command, engine = on_slurm.command, tmp_path / "engine"
+
+    def engine_that_names_nodes(kind):
+        used = tmp_path / f"nodes of {kind}"
+        lines = ("#!/bin/sh", f"echo $SLURMD_NODENAME >>'{used}'", f'exec {find_engine()} "$@"', "")
+        engine.write_text("\n".join(lines))
+        engine.chmod(0o755)
+        return used
+
+    def made():
+        """Return the results of the engine by name, and put the runs folder aside."""
+        case = command.case(CHARGE)
+        files = [case / "series.csv", *sorted((case / "dump").iterdir())]
+        content = {file.name: file.read_bytes() for file in files}
+        command.runs.rename(tmp_path / f"{len(list(tmp_path.iterdir()))}")
+        return content
+
+    results, nodes = {}, {}
+    for count in (1, 2):
+        used = engine_that_names_nodes(count)
+        options = ("--ranks", "2", "--nodes", str(count), "--only", CHARGE)
+        code, output = on_slurm.end(on_slurm.start(*options, MILLSCALE_ENGINE=str(engine)), 580)
+        assert code == 0, output
+        results[count], nodes[count] = made(), used.read_text().split()
+
+    used = engine_that_names_nodes("by hand")
+    command("generate")
+    request = ("--nodes=2", "--ntasks-per-node=1", "--cpus-per-task=1")
+    where = ("--chdir", str(command.case(CHARGE)), str(command.case(CHARGE) / "mpirun.sh"))
+    names = f"RANKS=2,LIGGGHTS_MILL={engine}"
+    on_slurm.cluster("sbatch", "--wait", f"--export=ALL,{names}", *request, *where)
+    results["by hand"], nodes["by hand"] = made(), used.read_text().split()
+
+    # Settling and rotation, two ranks each.
+    assert nodes[1] == ["node1"] * 4
+    for kind in (2, "by hand"):
+        assert sorted(nodes[kind]) == ["node1", "node1", "node2", "node2"]
+        assert len(results[1]) > 2 and results[kind] == results[1]

@@ -120,10 +120,10 @@ def wall_time(case: Case, ranks: int, rates: Rates = BUILT_IN) -> float:
     return settling + run_time(case, case.time.steps, ranks, rates)
 
 
-def memory_mb(case: Case, ranks: int) -> int:
-    """Return the memory that a case needs [MB], in the engine or in the analysis."""
+def memory_mb(case: Case, ranks: int, nodes: int = 1) -> int:
+    """Return the memory that a case needs on each node [MB], in the engine or in the analysis."""
     balls = case.ball.count * ghost_factor(case, ranks)
-    return math.ceil(STAGES_MB + RANK_MB * ranks + BALL_MB * balls)
+    return math.ceil(STAGES_MB + (RANK_MB * ranks + BALL_MB * balls) / nodes)
 
 
 def learned(folders: Iterable[Path], cpu: str) -> Rates:

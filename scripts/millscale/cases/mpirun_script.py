@@ -22,6 +22,7 @@ if [ -e settled.restart ]; then
     echo "mpirun.sh: settled.restart is there, the charge is not settled again"
 else
     begin log.settle 0 "$first"
+    spread
     {line}
     finished log.settle || stop "log.settle does not end as that of a finished run"
 fi
@@ -42,6 +43,7 @@ else
     rm -f mill.1.restart mill.2.restart resume.restart
 fi
 begin log.rotate "$first" "$last"
+spread
 {line}
 finished log.rotate || stop "log.rotate does not end as that of a finished run"
 echo "mpirun.sh: done, series.csv is complete"

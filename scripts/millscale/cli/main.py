@@ -25,6 +25,7 @@ from millscale.cli.options import (
     IgnoreDisk,
     Jobs,
     Json,
+    Nodes,
     Only,
     Oversubscribe,
     Profile,
@@ -165,6 +166,7 @@ def run(
     start_over: StartOver = False,
     target: TargetName = "local",
     slurm: Slurm = False,
+    nodes: Nodes = None,
     profile: Profile = None,
 ) -> None:
     """Run every case: mesh, deck, settling, rotation, analysis.
@@ -189,7 +191,7 @@ def run(
     if time_limit is not None:
         check_seconds("run", "--time-limit", time_limit)
     place = target_named("slurm" if slurm else target, profile)
-    cores = CoreWish(ranks, jobs, oversubscribe)
+    cores = CoreWish(ranks, jobs, oversubscribe, nodes)
     asked = request(file, runs, only or [], cores, place, start_over)
     if dry_run:
         typer.echo(dry_run_campaign(asked))

@@ -52,6 +52,13 @@ Ranks = Annotated[
 Jobs = Annotated[
     int | None, typer.Option(metavar="M", help="Cases that run at a time. Default: the campaign's.")
 ]
+Nodes = Annotated[
+    int | None,
+    typer.Option(
+        metavar="N",
+        help="Nodes of a batch system for a multi-ball case. Default: as few as its ranks need.",
+    ),
+]
 Only = Annotated[
     list[str] | None,
     typer.Option(metavar="ID", help="Run only this case; repeatable; `*` stands for any text."),

@@ -14,13 +14,14 @@ from pathlib import Path
 
 from millscale.engine.environment import ENGINE_VARIABLE
 from millscale.engine.log import error_line, read_log
-from millscale.engine.machine import available_cores, physical_cores
+from millscale.engine.machine import Spread, available_cores, physical_cores
 from millscale.engine.parent_death import end_with_parent
+from millscale.engine.temporary_folder import without_own_folder
 from millscale.errors import CampaignError, EngineError
 
 ENGINE = "liggghts_mill"
-# Open MPI reads these to learn the nodes of a batch job. The engine runs on the node it is
-# started on, and what the variables say of it differs by site.
+# Open MPI reads these to learn the nodes of a batch job. They differ by site, and Snakemake's
+# executors remove some of them: one node needs none, and `Spread` has those of several nodes.
 _BATCH_VARIABLES = ("SLURM_", "PBS_", "LSB_", "PE_HOSTFILE", "PMI_", "PMIX_")
 _GRACE_S = 10.0
 
@@ -47,7 +48,9 @@ class DeckRun:
 class Spent:
     """Wall time and processor time, summed over all ranks, of a run [s].
 
-    Beside other work the first is longer than the run needs; the second is not.
+    Beside other work the first is longer than the run needs; the second is not. Nobody measures
+    the processor time of other nodes: on several nodes it is wall time times ranks, as ranks wait
+    actively.
     """
 
     wall_time: float
@@ -79,14 +82,22 @@ def find_engine() -> Path:
     )  # fmt: skip
 
 
-def mpirun_line(engine: Path | str, deck: str, log: str, ranks: int) -> list[str]:
+def mpirun_line(
+    engine: Path | str, deck: str, log: str, ranks: int, per_node: int | None = None
+) -> list[str]:
     """Return the command that runs a deck.
 
     The screen output stays on: with `-screen none` the engine loses every error of a rank above 0.
-    Ranks are not bound: several mpirun at once would bind to the same core.
+    Ranks are not bound: several mpirun at once would bind to the same core. Neighbours along the
+    axis share a node.
+
+    Args:
+        per_node: ranks of a node of a batch job; None for ranks on this machine.
     """
     line = ["mpirun", "-np", str(ranks), "--bind-to", "none"]
-    if ranks > available_cores():
+    if per_node:
+        line += ["--map-by", f"ppr:{per_node}:node"]
+    elif ranks > available_cores():
         line.append("--oversubscribe")
     elif ranks > physical_cores():
         line.append("--use-hwthread-cpus")
@@ -98,13 +109,15 @@ def mpirun_text(line: list[str]) -> str:
     return shlex.join(line)
 
 
-def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
+def run_deck(run: DeckRun, ranks: int, lock: int, spread: Spread | None = None) -> Spent:
     """Run a deck to its end; it prints to the output of this process.
 
     Args:
         lock: descriptor that the engine inherits, so that the folder stays locked while it lives.
+        spread: nodes of a batch job for the ranks; None for ranks on this machine.
     """
-    line = mpirun_line(find_engine(), run.deck, run.log, ranks)
+    per_node = spread.per_node if spread else None
+    line = mpirun_line(find_engine(), run.deck, run.log, ranks, per_node)
     if run.resume:
         line += ["-var", "resume", "1"]
     print(mpirun_text(line), flush=True)
@@ -114,7 +127,7 @@ def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
         process = subprocess.Popen(
             line,
             cwd=run.folder,
-            env=engine_environment(),
+            env=engine_environment(spread),
             stdin=subprocess.DEVNULL,
             pass_fds=(lock,),
             start_new_session=True,
@@ -130,7 +143,8 @@ def run_deck(run: DeckRun, ranks: int, lock: int) -> Spent:
     cause = error_line(read_log(run.folder / run.log, run.screen))
     if code != 0 or cause:
         raise EngineError(cause or _exit_text(code))
-    return Spent(time.monotonic() - begin, _processor_time() - processor_begin)
+    wall_time = time.monotonic() - begin
+    return Spent(wall_time, ranks * wall_time if spread else _processor_time() - processor_begin)
 
 
 def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
@@ -149,8 +163,10 @@ def engine_text(line: list, folder: Path) -> tuple[str, str | None]:
     return text, error_line(text) or ended
 
 
-def engine_environment() -> dict[str, str]:
+def engine_environment(spread: Spread | None = None) -> dict[str, str]:
     own = {k: v for k, v in os.environ.items() if not k.startswith(_BATCH_VARIABLES)}
+    if spread:
+        own = without_own_folder(own) | dict(spread.environment)
     environment = {**own, "OMP_NUM_THREADS": "1"}
     if os.geteuid() == 0:
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}

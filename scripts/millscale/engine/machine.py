@@ -17,11 +17,12 @@ _QUOTA = Path("/sys/fs/cgroup/cpu.max")
 
 @dataclass(frozen=True)
 class CoreWish:
-    """Requested MPI ranks of a multi-ball case, and cases at a time; None for no request."""
+    """Requested ranks and nodes of a multi-ball case, and cases at a time; None for no request."""
 
     ranks: int | None = None
     jobs: int | None = None
     oversubscribe: bool = False
+    nodes: int | None = None
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,43 @@ class Allocation:
         jobs: the most cases that run at a time.
         cores: the most cores in use at a time.
         notes: requests of the campaign that this machine cannot meet, and why.
+        node_cores: cores of a node of a batch system; None for this machine.
+        nodes: nodes requested for each case.
     """
 
     ranks: Mapping[str, int]
     jobs: int
     cores: int
     notes: tuple[str, ...] = ()
+    node_cores: int | None = None
+    nodes: int = 1
+
+    def nodes_of(self, case_id: str) -> int:
+        """Return the nodes of a case: those requested, more if its ranks do not fit, fewer if
+        some would have no rank."""
+        ranks = self.ranks[case_id]
+        if self.node_cores is None:
+            return 1
+        needed = math.ceil(ranks / self.node_cores)
+        return math.ceil(ranks / ranks_per_node(ranks, max(needed, min(self.nodes, ranks))))
+
+
+def ranks_per_node(ranks: int, nodes: int) -> int:
+    """Return the most ranks of a node; the last node may have fewer."""
+    return math.ceil(ranks / nodes)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """MPI ranks on several nodes of a batch job.
+
+    Attributes:
+        per_node: as of `ranks_per_node`.
+        environment: variables that state the nodes of the job to mpirun.
+    """
+
+    per_node: int
+    environment: Mapping[str, str]
 
 
 def available_cores() -> int:
@@ -70,6 +102,19 @@ def _cpu_model() -> str:
     return entries.get("model name") or entries.get("Model") or "unknown"
 
 
+def check_numbers(asked: CoreWish) -> dict[str, int | None]:
+    """Return the numbers that options request, by option.
+
+    Raises:
+        CampaignError: a number is smaller than 1.
+    """
+    given = {"--ranks": asked.ranks, "--jobs": asked.jobs, "--nodes": asked.nodes}
+    for option, value in given.items():
+        if value is not None and value < 1:
+            raise CampaignError("millscale run", option, f"got {value}", "a whole number >= 1")
+    return given
+
+
 def allowed(asked: CoreWish, cores: int, charges: bool) -> int:
     """Return the cores that options request; 1 if there is no request.
 
@@ -79,10 +124,7 @@ def allowed(asked: CoreWish, cores: int, charges: bool) -> int:
     Raises:
         CampaignError: not a number of cores, or more than there are without `oversubscribe`.
     """
-    given = {"--ranks": asked.ranks, "--jobs": asked.jobs}
-    for option, value in given.items():
-        if value is not None and value < 1:
-            raise CampaignError("millscale run", option, f"got {value}", "a whole number >= 1")
+    given = check_numbers(asked)
     wanted = (asked.jobs or 1) * ((asked.ranks or 1) if charges else 1)
     if wanted > cores and not asked.oversubscribe:
         raise CampaignError(

@@ -55,6 +55,15 @@ def own_folder() -> Iterator[None]:
             shutil.rmtree(folder, ignore_errors=True)
 
 
+def without_own_folder(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment for processes on other nodes, where this folder does not exist."""
+    kept = {name: value for name, value in environment.items() if name not in MPI_VARIABLES}
+    folder = Path(kept.get("TMPDIR", ""))
+    if _NAME.fullmatch(folder.name):
+        kept["TMPDIR"] = str(folder.parent)
+    return kept
+
+
 def run_has_ended() -> bool:
     """Return whether the run whose folder this process uses ended before it could watch its
     parent."""

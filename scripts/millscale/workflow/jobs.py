@@ -38,7 +38,8 @@ class Job:
         ranks: cores it takes.
         time_s: predicted wall time [s].
         minutes: time to request of a batch system.
-        memory_mb: memory to request of a batch system.
+        memory_mb: memory of a node to request of a batch system.
+        nodes: nodes of a batch system over which the ranks are spread.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Job:
     time_s: float
     minutes: int
     memory_mb: int
+    nodes: int = 1
 
 
 def jobs_of(
@@ -81,7 +83,7 @@ def jobs_of(
 
 
 def _job(group: Sequence[Case], allocation: Allocation, times: dict[str, float]) -> Job:
-    ranks = allocation.ranks[group[0].id]
+    ranks, nodes = allocation.ranks[group[0].id], allocation.nodes_of(group[0].id)
     total = sum(times[case.id] for case in group)
     return Job(
         name=group[0].id if len(group) == 1 else f"{group[0].id}-and-{len(group) - 1}-more",
@@ -89,7 +91,8 @@ def _job(group: Sequence[Case], allocation: Allocation, times: dict[str, float])
         ranks=ranks,
         time_s=total,
         minutes=math.ceil(max(TIME_MARGIN * total, LEAST_TIME_S) / 60.0),
-        memory_mb=max(memory_mb(case, ranks) for case in group),
+        memory_mb=max(memory_mb(case, ranks, nodes) for case in group),
+        nodes=nodes,
     )
 
 
@@ -117,8 +120,10 @@ def read_jobs(file: Path) -> list[Job]:
     with understood(file, _REMEDY):
         jobs = [as_typed(Job, entry) for entry in content]
         for job in jobs:
-            if not (0 < job.ranks <= MOST_RANKS and all(map(is_id, job.cases))):
-                raise ValueError(f"ranks {job.ranks} or cases {job.cases!r:.60}")
+            placed = 0 < job.nodes <= job.ranks <= MOST_RANKS
+            if not (placed and all(map(is_id, job.cases))):
+                placing = f"ranks {job.ranks}, nodes {job.nodes}"
+                raise ValueError(f"{placing} or cases {job.cases!r:.60}")
         return jobs
 
 

@@ -62,13 +62,14 @@ def _lowered(
     return tuple(notes)
 
 
-def ranks_on_nodes(cases: Sequence[Case], given: int | None, node_cores: int) -> dict[str, int]:
-    """Return the ranks of cases that do not wait for one another, each on one node, by id.
+def ranks_on_nodes(cases: Sequence[Case], given: int | None, cores: int) -> dict[str, int]:
+    """Return the ranks of cases that do not wait for one another, by id.
 
     Args:
         given: ranks of every multi-ball case; None for as many as are worth their cores.
+        cores: of the nodes that a case may use.
     """
-    return {x.id: 1 if x.kind == "single-ball" else given or _worth(x, node_cores) for x in cases}
+    return {x.id: 1 if x.kind == "single-ball" else given or _worth(x, cores) for x in cases}
 
 
 def makespan(loads: Iterable[tuple[float, int]], cores: int, jobs: int) -> float:

@@ -15,7 +15,7 @@ from millscale.cases.cost import Rates, learned
 from millscale.cases.generate import as_written, changed_cases, check_owner, generate
 from millscale.cases.output_size import check_disk
 from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_text
-from millscale.engine.machine import Allocation, CoreWish, hardware
+from millscale.engine.machine import Allocation, CoreWish, hardware, ranks_per_node
 from millscale.errors import CampaignError, nearest
 from millscale.formats import counted
 from millscale.runs import digests
@@ -141,8 +141,9 @@ def dry_run_campaign(asked: Request) -> str:
 
 
 def _command(engine: str, stage: Stage, case: Case, allocation: Allocation) -> str:
-    ranks = allocation.ranks[case.id]
-    return mpirun_text(mpirun_line(engine, stage.deck, f"log.{stage.name}", ranks))
+    ranks, nodes = allocation.ranks[case.id], allocation.nodes_of(case.id)
+    per_node = ranks_per_node(ranks, nodes) if nodes > 1 else None
+    return mpirun_text(mpirun_line(engine, stage.deck, f"log.{stage.name}", ranks, per_node))
 
 
 def run_campaign(asked: Request, console: Console) -> bool:
@@ -197,7 +198,7 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
         asked.target.snakemake_options(asked.allocation),
     )
     with (
-        asked.target.temporary_folder(),
+        asked.target.waiting(),
         watching(console, asked.runs, asked.cases, asked.allocation) as watch,
     ):
         return run_workflow(asked.runs, line, lock, watch)

@@ -25,6 +25,7 @@ from millscale.engine.ending_signals import (
     ending_signals_to,
     interrupt_once_on_ending_signals,
 )
+from millscale.engine.machine import Spread
 from millscale.engine.parent_death import end_with_parent
 from millscale.engine.temporary_folder import own_folder, run_has_ended
 from millscale.errors import CampaignError
@@ -35,18 +36,25 @@ from millscale.runs.untrusted import RunFolderError
 from millscale.terminal import escape_unencodable
 from millscale.workflow.jobs import job_named, read_jobs
 from millscale.workflow.run_stage import limit_time, run_stage
+from millscale.workflow.targets import spread_of
 
 FAILED = 1
 REPORTED = 2  # the child has printed the error
 
 
-def run_case(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda stage: False) -> int:
+def run_case(
+    folder: Path,
+    ranks: int,
+    stop: Callable[[Stage], bool] = lambda stage: False,
+    spread: Spread | None = None,
+) -> int:
     """Run the stages that a case still needs; return the exit code of the last one.
 
     Args:
         folder: case folder.
         ranks: MPI ranks, for the stages that run the engine.
         stop: function of a stage; return true to end before it.
+        spread: nodes of a batch job for the ranks; None for ranks on this machine.
     """
     kind = load_case(folder).kind
     for stage in STAGES[kind]:
@@ -56,19 +64,19 @@ def run_case(folder: Path, ranks: int, stop: Callable[[Stage], bool] = lambda st
         if stop(stage):
             break
         limit_time()
-        code = run_stage(folder, stage.name, ranks)
+        code = run_stage(folder, stage.name, ranks, spread)
         if code:
             return code
     return 0
 
 
-def run_job(folders: list[Path], ranks: int) -> int:
+def run_job(folders: list[Path], ranks: int, spread: Spread | None = None) -> int:
     """Run the cases of a job; return the exit code of the module's docstring."""
     if len(folders) > 1:
         load()
     lost = False
     for folder in folders:
-        code = _in_child(partial(run_case, folder, ranks))
+        code = _in_child(partial(run_case, folder, ranks, spread=spread))
         if code == INTERRUPTED:
             return INTERRUPTED
         if code not in (0, FAILED):
@@ -133,8 +141,9 @@ def main() -> int:
     if run_has_ended():
         return INTERRUPTED
     job = job_named(read_jobs(options.file), options.job)
+    spread = spread_of(job.ranks, job.nodes)
     with own_folder():
-        return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks)
+        return run_job([Path(CASES_FOLDER) / case for case in job.cases], job.ranks, spread)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from millscale.engine import provenance
 from millscale.engine.ending_signals import INTERRUPTED, interrupt_once_on_ending_signals
 from millscale.engine.environment import TIME_LIMIT_VARIABLE
 from millscale.engine.log import error_line, read_log
+from millscale.engine.machine import Spread
 from millscale.engine.parent_death import end_with_parent
 from millscale.engine.resume import OF_ATTEMPTS
 from millscale.engine.temporary_folder import own_folder
@@ -40,18 +41,19 @@ from millscale.workflow.stage_work import WORK, Task, is_complete, provenance_of
 PATIENCE_S = 10.0
 
 
-def run_stage(folder: Path, name: str, ranks: int = 1) -> int:
+def run_stage(folder: Path, name: str, ranks: int = 1, spread: Spread | None = None) -> int:
     """Run one stage; return 0, or 1 if it failed, or 130 if it was interrupted.
 
     Args:
         folder: case folder with its case.json.
         ranks: MPI ranks, for the stages that run the engine.
+        spread: nodes of a batch job for the ranks; None for ranks on this machine.
     """
     case = load_case(folder)
     stage = stage_of(case.kind, name)
     with hold(folder, patience_s=PATIENCE_S) as lock:
         record, kills = stage_record.begin(folder, name, case.digest), failures.memory_kills()
-        task = Task(stage, case, folder, ranks, lock)
+        task = Task(stage, case, folder, ranks, lock, spread)
         try:
             with _output_to(task.screen):
                 _make(task)

@@ -12,6 +12,7 @@ from millscale.cases.decks import copy_decks, with_included
 from millscale.engine.attempts import digests, read_attempts
 from millscale.engine.deck_run import DeckRun, find_engine, run_deck
 from millscale.engine.log import loop_timing, read_log
+from millscale.engine.machine import Spread
 from millscale.engine.output_files import check_output
 from millscale.engine.provenance import stage_provenance
 from millscale.engine.restart_file import read_restart
@@ -43,6 +44,7 @@ class Task:
         folder: case folder, to read from.
         ranks: MPI ranks of the engine.
         lock: descriptor of the lock of the folder; the engine inherits it.
+        spread: nodes of a batch job for the ranks; None for ranks on this machine.
     """
 
     stage: Stage
@@ -50,6 +52,7 @@ class Task:
     folder: Path
     ranks: int
     lock: int
+    spread: Spread | None = None
 
     @property
     def part(self) -> Path:
@@ -146,7 +149,7 @@ def engine(task: Task) -> dict:
     (task.part / DUMP_FOLDER).mkdir(exist_ok=True)
     resume = beginning.restart is not None
     deck = DeckRun(task.stage.deck, task.part, task.log, task.screen, resume)
-    spent = run_deck(deck, task.ranks, task.lock)
+    spent = run_deck(deck, task.ranks, task.lock, task.spread)
     loop = loop_timing(read_log(task.part / task.log))
     if loop is None:
         raise RuntimeError(f"{task.log} holds no finished run")

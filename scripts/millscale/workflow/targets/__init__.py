@@ -5,9 +5,12 @@ To add a batch system, write a `BatchSystem` in a file of this folder and add it
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+from millscale.engine.machine import Spread
 from millscale.errors import CampaignError, nearest
+from millscale.workflow.targets.batch_system import BatchSystem
 from millscale.workflow.targets.local import Local
 from millscale.workflow.targets.slurm import Slurm
 from millscale.workflow.targets.target import Target
@@ -33,4 +36,18 @@ def target_named(name: str, profile: Path | None = None) -> Target:
     return TARGETS[name](profile)
 
 
-__all__ = ["TARGETS", "Local", "Slurm", "Target", "target_named"]
+def spread_of(ranks: int, nodes: int) -> Spread | None:
+    """Return the ranks on the nodes of the batch job of this process; None for one node.
+
+    Raises:
+        CampaignError: several nodes, and this process is of no batch job.
+    """
+    if nodes == 1:
+        return None
+    for target in _TARGETS:
+        if issubclass(target, BatchSystem) and target.job_variable in os.environ:
+            return target().spread(ranks, nodes)
+    raise CampaignError("millscale run", "", f"{nodes} nodes outside a batch job", "one node")
+
+
+__all__ = ["TARGETS", "Local", "Slurm", "Target", "spread_of", "target_named"]

@@ -1,4 +1,4 @@
-"""What the batch systems of clusters have in common: jobs queue, each on one node."""
+"""What the batch systems of clusters have in common: jobs queue, each on one node or several."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from millscale.errors import CampaignError
-from millscale.formats import duration
+from millscale.formats import counted, duration
 from millscale.workflow.targets.target import Target
 
 if TYPE_CHECKING:
     from millscale.cases.cost import Rates
-    from millscale.engine.machine import Allocation, CoreWish
+    from millscale.engine.machine import Allocation, CoreWish, Spread
     from millscale.runs.case_file import Case
     from millscale.workflow.jobs import Job
 
@@ -32,6 +33,14 @@ MOST_JOBS = 500
 _MOST_JOBS_SHOWN = 20
 
 
+@dataclass(frozen=True)
+class Nodes:
+    """The largest nodes of a cluster: cores of each, and how many one job can have."""
+
+    cores: int
+    count: int
+
+
 class BatchSystem(Target, ABC):
     """A `Target` whose jobs wait in the queue of a cluster.
 
@@ -40,6 +49,7 @@ class BatchSystem(Target, ABC):
         plugin: Snakemake's executor plugin for it, a Python module.
         install: the command that installs the plugin.
         commands: programs that must be on the PATH.
+        job_variable: environment variable that only its jobs have.
     """
 
     name: ClassVar[str]
@@ -48,6 +58,7 @@ class BatchSystem(Target, ABC):
     plugin: ClassVar[str]
     install: ClassVar[str]
     commands: ClassVar[tuple[str, ...]]
+    job_variable: ClassVar[str]
     time_limit_message: ClassVar[str] = ""
     memory_message: ClassVar[str] = ""
 
@@ -58,8 +69,12 @@ class BatchSystem(Target, ABC):
         self.profile = profile
 
     @abstractmethod
-    def node_cores(self) -> int:
-        """Return the cores of the largest node; raise the error of `refused` if unknown."""
+    def nodes(self) -> Nodes:
+        """Return the largest nodes; raise the error of `refused` if unknown."""
+
+    @abstractmethod
+    def spread(self, ranks: int, nodes: int) -> Spread:
+        """Return ranks on the nodes of the job of this process, of which there are several."""
 
     @abstractmethod
     def executor_options(self) -> list[str]:
@@ -84,14 +99,23 @@ class BatchSystem(Target, ABC):
     def allocate(
         self, cases: Sequence[Case], asked: CoreWish, usual: CoreWish, rates: Rates
     ) -> Allocation:
-        """Give each case the ranks that are worth their cores, on one node."""
-        from millscale.engine.machine import Allocation
+        """Give each case the ranks that are worth their cores, on as few nodes as possible."""
+        from millscale.engine.machine import Allocation, check_numbers
         from millscale.workflow.placement import ranks_on_nodes
 
+        check_numbers(asked)
         self.check()
-        cores = self.node_cores()
-        ranks = ranks_on_nodes(cases, asked.ranks or usual.ranks, cores)
-        return Allocation(ranks, asked.jobs or usual.jobs or MOST_JOBS, cores)
+        there, given = self.nodes(), asked.ranks or usual.ranks
+        if any(case.kind == "multi-ball" for case in cases):
+            _check_fit(given, asked.nodes, there)
+        each = asked.nodes or 1
+        return Allocation(
+            ranks_on_nodes(cases, given, each * there.cores),
+            jobs=asked.jobs or usual.jobs or MOST_JOBS,
+            cores=there.cores * there.count,
+            node_cores=there.cores,
+            nodes=each,
+        )
 
     def shared_job_s(self, allocation: Allocation, total_s: float) -> float:
         """Return the length of a shared job [s]."""
@@ -110,12 +134,42 @@ class BatchSystem(Target, ABC):
         """Return time, cores and memory requested, a line for each of the longest jobs."""
         lines = [
             f"{self.title}: {job.name}: {job.minutes} min requested, {duration(job.time_s)} "
-            f"predicted, {job.ranks} cores, {job.memory_mb} MB"
+            f"predicted, {_cores(job)}, {job.memory_mb} MB"
             for job in jobs[:_MOST_JOBS_SHOWN]
         ]
         more = len(jobs) - len(lines)
         return [*lines, f"{self.title}: and {more} shorter jobs"] if more else lines
 
-    def temporary_folder(self) -> AbstractContextManager[None]:
-        """Return no folder: the jobs run on other machines and outlive this command."""
+    def waiting(self) -> AbstractContextManager[None]:
+        """Return a context without a temporary folder: the jobs run on other machines."""
         return nullcontext()
+
+
+def _check_fit(ranks: int | None, nodes: int | None, there: Nodes) -> None:
+    """Refuse ranks and nodes that no job can have.
+
+    Args:
+        ranks, nodes: of a multi-ball case; None for no request.
+
+    Raises:
+        CampaignError: states what is accepted.
+    """
+    options = {"--ranks": ranks, "--nodes": nodes}
+    where = " ".join(f"{option} {value}" for option, value in options.items() if value)
+    needed = -(-(ranks or 1) // there.cores)
+    cause = accepted = ""
+    if nodes and ranks and ranks % nodes:
+        cause, accepted = "nodes with unequal ranks", f"a multiple of {nodes} ranks"
+    elif nodes and nodes < needed:
+        cause = f"needs {needed} nodes of {counted(there.cores, 'core')}"
+        accepted = f"--nodes {needed}, or at most {nodes * there.cores} ranks"
+    elif (needed if nodes is None else nodes) > there.count:
+        cause = f"needs {counted(nodes or needed, 'node')}, a job can have {there.count}"
+        accepted = f"at most {counted(there.count * there.cores, 'rank')}"
+    if cause:
+        raise CampaignError("millscale run", where, cause, accepted)
+
+
+def _cores(job: Job) -> str:
+    cores = counted(job.ranks, "core")
+    return cores if job.nodes == 1 else f"{cores} on {job.nodes} nodes"

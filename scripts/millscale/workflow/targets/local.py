@@ -39,6 +39,9 @@ class Local(Target):
         self, cases: Sequence[Case], asked: CoreWish, usual: CoreWish, rates: Rates
     ) -> Allocation:
         """Share the cores of this machine among the cases."""
+        if asked.nodes not in (None, 1):
+            cause = "this machine is one node"
+            raise CampaignError("millscale run", f"--nodes {asked.nodes}", cause, "--target slurm")
         from millscale.workflow.placement import place
 
         return place(cases, asked, usual, rates)
@@ -59,7 +62,7 @@ class Local(Target):
         """Return nothing: nobody is asked for cores."""
         return []
 
-    def temporary_folder(self) -> AbstractContextManager[None]:
+    def waiting(self) -> AbstractContextManager[None]:
         """Return a temporary folder for the run and its jobs, removed at its end."""
         from millscale.engine.temporary_folder import own_folder
 

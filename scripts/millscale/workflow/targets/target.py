@@ -55,6 +55,6 @@ class Target(Protocol):
         """Return what is requested for the jobs, for people; empty if nothing is."""
         ...
 
-    def temporary_folder(self) -> AbstractContextManager[None]:
+    def waiting(self) -> AbstractContextManager[None]:
         """Return the context in which the command waits for its jobs."""
         ...

@@ -1,4 +1,7 @@
-"""A real Slurm of one node for tests: munged, slurmctld and slurmd with files of their own."""
+"""A real Slurm on this machine for tests: munged, slurmctld and slurmds with files of their own.
+
+Each node is a slurmd with a port of its own, so that one machine stands for several.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,14 @@ PARTITION = "mill"
 
 
 def missing() -> list[str]:
-    """Return what this machine lacks to run a node; empty if nothing."""
+    """Return what this machine lacks to run a Slurm; empty if nothing."""
     path = f"{os.environ['PATH']}:/usr/sbin:/sbin"
     return [name for name in COMMANDS if not shutil.which(name, path=path)]
 
 
 @dataclass(frozen=True)
-class Node:
-    """A node that runs; `environment` is what a process needs beside its own to reach it."""
+class Cluster:
+    """A Slurm that runs; `environment` is what a process needs beside its own to reach it."""
 
     folder: Path
     environment: dict[str, str]
@@ -34,7 +37,11 @@ class Node:
     def __call__(self, *line: str) -> str:
         """Output of one of Slurm's commands."""
         done = subprocess.run(
-            line, env={**os.environ, **self.environment}, capture_output=True, text=True, timeout=60
+            line,
+            env={**os.environ, **self.environment},
+            capture_output=True,
+            text=True,
+            timeout=300,
         )
         if done.returncode:
             raise RuntimeError(f"{' '.join(line)}: {done.stderr.strip()}")
@@ -46,17 +53,18 @@ class Node:
 
 
 @contextmanager
-def node(folder: Path, cores: int) -> Iterator[Node]:
-    """Start a node with so many cores, counted or not; stop it and all its jobs at the end.
+def cluster(folder: Path, cores: int, nodes: int = 1) -> Iterator[Cluster]:
+    """Start a Slurm; stop it and all its jobs at the end.
 
     Args:
         folder: short, as sockets lie in it; made with the mode the daemons want.
+        cores: of each node, whatever this machine has.
     """
     folder.mkdir(mode=0o755)
     path = f"{os.environ['PATH']}:/usr/sbin:/sbin"
     more = {"PATH": path, "SLURM_CONF": str(folder / "slurm.conf")}
     environment = {**os.environ, **more}
-    _write_files(folder, cores)
+    _write_files(folder, cores, nodes)
     lines = {
         "munged": [
             *("--foreground", "--force", "--key-file", folder / "munge.key"),
@@ -64,13 +72,14 @@ def node(folder: Path, cores: int) -> Iterator[Node]:
             *("--log-file", folder / "munged.log", "--seed-file", folder / "munged.seed"),
         ],
         "slurmctld": ["-D", "-c", "-f", folder / "slurm.conf"],
-        "slurmd": ["-D", "-N", "node1", "-f", folder / "slurm.conf"],
     }
+    for name in _names(nodes):
+        lines[name] = ["-D", "-N", name, "-f", folder / "slurm.conf"]
     running: list[subprocess.Popen] = []
     try:
-        for name in DAEMONS:
+        for name, options in lines.items():
             with (folder / f"{name}.out").open("wb") as output:
-                line = [name, *map(str, lines[name])]
+                line = [name if name in DAEMONS else "slurmd", *map(str, options)]
                 running.append(
                     subprocess.Popen(
                         line, env=environment, stdout=output, stderr=output, start_new_session=True
@@ -78,7 +87,7 @@ def node(folder: Path, cores: int) -> Iterator[Node]:
                 )
             if name == "munged":
                 _wait(lambda: (folder / "munge.socket").exists(), folder)
-        started = Node(folder, more)
+        started = Cluster(folder, more)
         _wait(lambda: _idle(started), folder)
         yield started
         subprocess.run(["scancel", "--user", str(os.getuid())], env=environment, timeout=30)
@@ -93,18 +102,28 @@ def node(folder: Path, cores: int) -> Iterator[Node]:
                 process.kill()
 
 
-def _write_files(folder: Path, cores: int) -> None:
+def _names(nodes: int) -> list[str]:
+    return [f"node{number + 1}" for number in range(nodes)]
+
+
+def _write_files(folder: Path, cores: int, nodes: int) -> None:
     (folder / "munge.key").write_bytes(os.urandom(128))
     (folder / "munge.key").chmod(0o400)
     for name in ("state", "spool"):
         (folder / name).mkdir()
-    ports = [_free_port() for _ in range(2)]
+    host = socket.gethostname()
+    ports = [_free_port() for _ in range(1 + nodes)]
     user = "root" if os.geteuid() == 0 else os.environ["USER"]
+    names = _names(nodes)
+    node_lines = "\n".join(
+        f"NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 Port={port} CPUs={cores} "
+        "RealMemory=4000"
+        for name, port in zip(names, ports[1:], strict=True)
+    )
     (folder / "slurm.conf").write_text(
         f"""ClusterName=millscale
-SlurmctldHost={socket.gethostname()}(127.0.0.1)
+SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={ports[0]}
-SlurmdPort={ports[1]}
 SlurmUser={user}
 SlurmdUser={user}
 AuthType=auth/munge
@@ -119,14 +138,14 @@ KillWait=10
 JobRequeue=1
 ReturnToService=2
 StateSaveLocation={folder}/state
-SlurmdSpoolDir={folder}/spool
+SlurmdSpoolDir={folder}/spool/%n
 SlurmctldPidFile={folder}/slurmctld.pid
-SlurmdPidFile={folder}/slurmd.pid
+SlurmdPidFile={folder}/%n.pid
 SlurmctldLogFile={folder}/slurmctld.log
-SlurmdLogFile={folder}/slurmd.log
+SlurmdLogFile={folder}/%n.log
 SlurmdParameters=config_overrides
-NodeName=node1 NodeHostname={socket.gethostname()} NodeAddr=127.0.0.1 CPUs={cores} RealMemory=4000
-PartitionName={PARTITION} Nodes=node1 Default=YES MaxTime=INFINITE State=UP
+{node_lines}
+PartitionName={PARTITION} Nodes={",".join(names)} Default=YES MaxTime=INFINITE State=UP
 """
     )
 
@@ -137,9 +156,9 @@ def _free_port() -> int:
         return probe.getsockname()[1]
 
 
-def _idle(started: Node) -> bool:
+def _idle(started: Cluster) -> bool:
     try:
-        return started("sinfo", "--noheader", "--format", "%T") == "idle"
+        return set(started("sinfo", "--noheader", "--format", "%T").split()) == {"idle"}
     except RuntimeError:
         return False
 
