@@ -1,19 +1,18 @@
-"""Pictures of a charge, after Figs. 9 and 10, and its files for ParaView: the only module that
-imports pyvista.
+"""Pictures of a charge, after Figs. 9 and 10, and its files for ParaView.
 
-`picture_process` runs it: python -m millscale.report.pictures CASE [DUMP ANGLE PNG]...
+`picture_process` draws the pictures in a child process.
 """
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 
 from millscale.analysis.shapes.cross_section import turned
-from millscale.analysis.shapes.snapshots import first_dump, starts_on_rising_side
+from millscale.analysis.shapes.snapshots import Snapshot, first_dump, starts_on_rising_side
 from millscale.runs.case_folder import LINER, RunFolderError
 from millscale.runs.dumps import Dump, read_dump
 from millscale.runs.untrusted import check_regular
@@ -156,18 +155,12 @@ def _loop(segments: np.ndarray) -> list[int]:
     return loop
 
 
-def main(arguments: list[str]) -> int:
-    """Draw each DUMP at ANGLE [rad] into PNG; returns the exit code."""
-    folder, jobs = Path(arguments[0]), arguments[1:]
-    try:
-        section, first = liner_section(folder / LINER), first_dump(folder)
-        for dump, angle, picture in zip(jobs[::3], jobs[1::3], jobs[2::3], strict=True):
-            save(draw_charge(read_dump(Path(dump)), first, section, float(angle)), Path(picture))
-    except ValueError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+def draw_all(folder: Path, pictures: Iterable[tuple[Path, Snapshot]]) -> None:
+    """Draw dumps of a case, each into its PNG.
 
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    Raises:
+        ValueError: a file is missing or damaged.
+    """
+    section, first = liner_section(folder / LINER), first_dump(folder)
+    for path, snapshot in pictures:
+        save(draw_charge(read_dump(snapshot.path), first, section, snapshot.mill_angle), path)

@@ -1,7 +1,10 @@
 """Pictures of a charge."""
 
+import multiprocessing
 import os
 import shutil
+import signal
+import time
 
 import numpy as np
 import pytest
@@ -119,9 +122,30 @@ def test_case_is_drawn_in_a_process_of_its_own(charge_folder, tmp_path):
 
 
 def test_drawing_that_fails_has_a_cause(charge_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.executable", "false")
-    with pytest.raises(RunFolderError, match=r"drawing failed \(exit code 1\).*libegl1"):
+    def fails(*_):
+        os.write(2, b"bad X server connection")
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    monkeypatch.setattr("millscale.report.pictures.draw_all", fails)
+    cause = r"drawing failed \(exit code -9\): bad X server connection;.*libegl1"
+    with pytest.raises(RunFolderError, match=cause):
         draw_pictures(charge_folder, [0.6], tmp_path)
+
+
+def test_a_damaged_mesh_is_named(charge_folder, tmp_path):
+    folder = tmp_path / "case"
+    shutil.copytree(charge_folder, folder)
+    (folder / "liner.stl").write_text("solid liner\nendsolid liner\n")
+    with pytest.raises(RunFolderError, match=r"exit code 1\): .*liner.stl: no triangles"):
+        draw_pictures(folder, [0.6], tmp_path)
+
+
+def test_drawing_that_hangs_is_ended(charge_folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("millscale.report.picture_process.TIME_LIMIT_S", 0.2)
+    monkeypatch.setattr("millscale.report.pictures.draw_all", lambda *_: time.sleep(60.0))
+    with pytest.raises(RunFolderError, match="drawing took over"):
+        draw_pictures(charge_folder, [0.6], tmp_path)
+    assert not multiprocessing.active_children()
 
 
 def test_case_without_dumps_is_refused(folder, tmp_path):
