@@ -210,30 +210,35 @@ template <bool from_excess = false, class Number>
 }
 
 /// A ball that overlaps with a wall.
+template <class Number>
 struct BallOnWall {
-  Vector normal;         ///< unit vector from the wall to the ball's centre
-  double overlap;        ///< >= 0 [m]
-  double radius, mass;   ///< of the ball [m], [kg]
-  Vector velocity;       ///< of the ball's centre relative to the wall at the contact [m/s]
-  Vector spin;           ///< of the ball [rad/s]
-  Vector displacement;   ///< tangential displacement before the step [m]
-  double damping_share;  ///< of `contact::damping_share` [-]
+  Vector3<Number> normal;        ///< unit vector from the wall to the ball's centre
+  Number overlap;                ///< >= 0 [m]
+  Number radius, mass;           ///< of the ball [m], [kg]
+  Vector3<Number> velocity;      ///< of the ball's centre relative to the wall at the contact [m/s]
+  Vector3<Number> spin;          ///< of the ball [rad/s]
+  Vector3<Number> displacement;  ///< tangential displacement before the step [m]
+  Number damping_share;          ///< of `contact::damping_share` [-]
 };
 
 /// Return the contact of a ball with a wall.
-inline Contact<double> contact_of(const BallOnWall& touch)
+template <class Number>
+[[gnu::always_inline]] inline Contact<Number> contact_of(const BallOnWall<Number>& touch)
 {
-  return {vector3(touch.normal),
-          touch.overlap,
-          touch.radius,
-          touch.mass,
-          touch.radius - 0.5 * touch.overlap,
-          0.0,
-          vector3(touch.velocity),
-          vector3(touch.spin),
-          {0.0, 0.0, 0.0},
-          vector3(touch.displacement),
-          touch.damping_share};
+  const Number zero(0.0), half(0.5);
+  Contact<Number> c;
+  c.normal = touch.normal;
+  c.overlap = touch.overlap;
+  c.radius = touch.radius;
+  c.mass = touch.mass;
+  c.lever_i = touch.radius - half * touch.overlap;
+  c.lever_j = zero;
+  c.velocity = touch.velocity;
+  c.spin_i = touch.spin;
+  c.spin_j = {zero, zero, zero};
+  c.displacement = touch.displacement;
+  c.damping_share = touch.damping_share;
+  return c;
 }
 
 }  // namespace millscale::contact

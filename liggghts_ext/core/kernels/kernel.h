@@ -6,6 +6,7 @@
 #include "core/contact/contact_force.h"
 #include "core/kernels/advance.h"
 #include "core/kernels/rows.h"
+#include "core/kernels/wall.h"
 #include "core/neighbor/cells.h"
 #include "core/neighbor/particles.h"
 
@@ -74,6 +75,7 @@ struct Implementation {
   Evaluate evaluate_rows_mixed;  ///< of rows, in mixed precision; null if there is none
   AdvanceBalls advance;          ///< null if there is none
   neighbor::ListPartners list_partners;
+  const WallKernels* wall;
 };
 
 /// Return all implementations, from the plainest to the fastest.

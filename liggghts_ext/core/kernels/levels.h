@@ -6,10 +6,12 @@
 namespace millscale::kernels {
 
 namespace v2 {
+extern const WallKernels wall;
 void evaluate(const Task&);
 int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v2
 namespace v3 {
+extern const WallKernels wall;
 Advanced advance(const Advance&);
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);
@@ -18,6 +20,7 @@ void evaluate_rows_mixed(const Task&);
 int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v3
 namespace v4 {
+extern const WallKernels wall;
 Advanced advance(const Advance&);
 void evaluate(const Task&);
 void evaluate_mixed(const Task&);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/liner/patch.h"
 #include "core/liner/polygon.h"
 #include "core/liner/profile.h"
 
@@ -56,6 +57,14 @@ struct LastSearch {
                        ///< [m]; 0 if the ball is in contact
 };
 
+/// The patches that a ball is in contact with.
+struct Found {
+  int count = 0;
+  std::array<int, Contacts::most> patch;  ///< numbers of patches
+  double clear = 0.0;  ///< distance the centre can move, in the mill's frame, without a contact
+                       ///< with a patch not found [m]; 0 if there are two or more, or an edge
+};
+
 /// Find the contacts of many balls with one liner. Quantities that do not depend on the ball are
 /// computed once.
 ///
@@ -79,6 +88,7 @@ class ContactFinder {
   {
     for (int k = 0; k < profile.sectors(); ++k) frames_.emplace_back(profile.sector_angle(k));
     for (const PlacedPiece& placed : profile_.around()) all_.push_back(candidate(placed));
+    make_patches();
     make_cells();
   }
 
@@ -97,29 +107,61 @@ class ContactFinder {
   /// The same contacts, found faster with the result of the ball's last search. `last` is updated.
   Contacts contacts(Point p, double ball_radius, LastSearch& last) const
   {
-    const double distance = std::sqrt(p.x * p.x + p.z * p.z);
-    const double clear = clear_radius() - ball_radius;
+    const Found found = find(p, ball_radius, last.sector);
+    last.clear = found.count > 0 ? 0.0 : found.clear;
     Contacts result;
-    if (clear > 0.0 && !(distance >= clear)) {  // also for NaN positions
-      last.clear = clear - distance;
-      return result;
+    for (; result.count < found.count; ++result.count) {
+      const std::size_t k = static_cast<std::size_t>(found.patch[result.count]);
+      const auto touch = before(patches_[k], p.x, p.z, 0.0);
+      result.contact[result.count] = {ball_radius - touch.distance,
+                                      owners_[k].surface,
+                                      owners_[k].face,
+                                      owners_[k].sector,
+                                      {touch.normal_x, touch.normal_z}};
     }
-    const Local at = settle(p, last.sector);
-    const bool usual = 2.0 * ball_radius <= reach_;
-    Minima minima;
-    const std::size_t cell = cells_.size() == 1 ? 0 : cell_of(at);
-    search(usual ? cells_[cell] : all_, at, ball_radius, minima);
-    // The centre is in the wall, or the nearest pieces are farther away than `reach_`.
-    if (minima.nearest.distance < 0.0) search_from_wall(at, ball_radius, minima);
-    if (minima.count > 0) {
-      last.clear = 0.0;
-      make_contacts(minima, at, ball_radius, last.sector, result);
-      return result;
-    }
-    const double free = usual ? std::min(minima.nearest.distance, reach_) : minima.nearest.distance;
-    last.clear = std::max(0.0, free - ball_radius);
     return result;
   }
+
+  /// The patches in contact. `sector` is that of the ball's last search, -1 if not known, and is
+  /// updated. While the centre moves by less than `clear`, the ball can touch only the patch found,
+  /// and does so where `before` gives a distance less than its radius.
+  Found find(Point p, double ball_radius, int& sector) const
+  {
+    const double distance = std::sqrt(p.x * p.x + p.z * p.z);
+    const double clear = clear_radius() - ball_radius;
+    Found found;
+    if (clear > 0.0 && !(distance >= clear)) {  // also for NaN positions
+      found.clear = clear - distance;
+      return found;
+    }
+    const Local at = settle(p, sector);
+    const bool usual = 2.0 * ball_radius <= reach_;
+    const auto& candidates = usual ? cells_[cells_.size() == 1 ? 0 : cell_of(at)] : all_;
+    Minima minima;
+    search(candidates, at, ball_radius, minima);
+    // The centre is in the wall, or the nearest pieces are farther away than `reach_`.
+    if (minima.nearest.distance < 0.0) search_from_wall(at, ball_radius, minima);
+    for (; found.count < minima.count; ++found.count)
+      found.patch[found.count] = number_of(minima.of_surface[found.count], sector);
+    const double reach = usual ? reach_ : INFINITY;
+    if (minima.count == 0) {
+      found.clear = std::max(0.0, std::min(minima.nearest.distance, reach) - ball_radius);
+    } else if (minima.count == 1 && !minima.nearest.at_edge && minima.nearest.distance > 0.0) {
+      const Candidate& touched = *minima.nearest.candidate;
+      double others = reach;
+      for (const Candidate& c : candidates)
+        if (&c != &touched) others = std::min(others, distance_of(c, at));
+      // In contact, the foot can leave the piece only over an end, which is also of a next piece.
+      found.clear = std::max(0.0, others - ball_radius);
+    }
+    return found;
+  }
+
+  /// All patches: those of sector 0, of sector 1, ... Each piece has two, itself and the edge where
+  /// it begins.
+  const std::vector<Patch>& patches() const { return patches_; }
+  /// Index of a patch's surface, as in Profile::surface.
+  int surface_of(std::size_t patch) const { return owners_[patch].surface; }
 
  private:
   /// A piece as the search needs it, in the frame of a sector's centre line.
@@ -132,10 +174,16 @@ class ContactFinder {
     Local before;        ///< unit tangent at the end of the piece before
     bool begins_convex;  ///< the piece begins at a convex edge
     int surface;         ///< index of its surface, if the frame is that of sector 0
-    int number;          ///< of its surface in the sector
-    int surface_ahead;   ///< sector of its surface less the frame's
-    int ahead;           ///< sector of its groove or lifter less the frame's
+    int offset;          ///< its sector less the frame's
+    int patch;           ///< number of its patch, if it were in sector 0
+    Local end;           ///< of the piece
+  };
+
+  /// What a patch is a part of, as in Contact.
+  struct Owner {
+    int surface;
     Face face;
+    int sector;
   };
 
   /// A local minimum of the distance.
@@ -182,10 +230,56 @@ class ContactFinder {
             turned(piece.tangent_begin, -piece.turn),
             piece.turn < 0.0,
             profile_.surface(piece, placed.offset),
-            piece.surface,
-            placed.offset + piece.surface_ahead,
-            placed.offset + piece.ahead,
-            piece.face};
+            placed.offset,
+            2 * placed.index,
+            piece.end};
+  }
+
+  void make_patches()
+  {
+    for (int sector = 0; sector < profile_.sectors(); ++sector) {
+      const Frame& frame = frames_[static_cast<std::size_t>(sector)];
+      const auto circle = [&](Local centre, double radius, double side) {
+        const Point p = frame.point(centre);
+        return Patch{p.x, p.z, 0.0, 0.0, 0.0, radius, side, 1.0};
+      };
+      for (const Piece& piece : profile_.pieces()) {
+        if (piece.is_arc()) {
+          patches_.push_back(
+              circle(piece.centre, piece.arc_radius, piece.arc_radius > 0.0 ? 1.0 : -1.0));
+        } else {
+          const Point p = frame.point(piece.begin);
+          const Point normal = frame.point(left_of(piece.tangent_begin));
+          patches_.push_back({p.x, p.z, normal.x, normal.z, 0.0, 0.0, 0.0, 1.0});
+        }
+        patches_.push_back(circle(piece.begin, 0.0, -1.0));
+        const Owner owner{profile_.surface(piece, sector), piece.face,
+                          profile_.owner(piece, sector)};
+        owners_.insert(owners_.end(), 2, owner);
+      }
+    }
+  }
+
+  int number_of(const Minimum& minimum, int sector) const
+  {
+    const Candidate& c = *minimum.candidate;
+    const int per_sector = 2 * static_cast<int>(profile_.pieces().size());
+    return per_sector * beside(sector, c.offset) + c.patch + (minimum.at_edge ? 1 : 0);
+  }
+
+  /// Distance of a point to a piece [m].
+  static double distance_of(const Candidate& c, Local at)
+  {
+    if (c.arc_radius == 0.0) {
+      const Local gap = at - c.begin;
+      const double along = std::clamp(dot(gap, c.tangent), 0.0, c.length);
+      return length(gap - along * c.tangent);
+    }
+    const Local arm = at - c.centre;
+    const double from_centre = length(arm);
+    if (dot(arm, c.middle) >= from_centre * c.cos_half_angle)
+      return std::abs(from_centre - std::abs(c.arc_radius));
+    return std::min(length(at - c.begin), length(at - c.end));
   }
 
   /// List for each cell of a sector the pieces that can be within `reach_` of a point in the cell.
@@ -284,23 +378,6 @@ class ContactFinder {
     minima.of_surface[0] = minima.nearest;
   }
 
-  void make_contacts(const Minima& minima, Local at, double ball_radius, int sector,
-                     Contacts& result) const
-  {
-    for (; result.count < minima.count; ++result.count) {
-      const Minimum& minimum = minima.of_surface[result.count];
-      const Candidate& c = *minimum.candidate;
-      const Local normal = minimum.at_edge       ? (1.0 / minimum.distance) * (at - c.begin)
-                           : c.arc_radius == 0.0 ? left_of(c.tangent)
-                                                 : (c.arc_radius > 0.0 ? -1.0 : 1.0) /
-                                                       length(at - c.centre) * (at - c.centre);
-      result.contact[result.count] = {
-          ball_radius - minimum.distance,
-          profile_.surfaces_per_sector() * beside(sector, c.surface_ahead) + c.number, c.face,
-          beside(sector, c.ahead), frames_[sector].point(normal)};
-    }
-  }
-
   /// Sector at most two ahead of another. Avoids a division, which takes as long as a search.
   int beside(int sector, int ahead) const
   {
@@ -349,6 +426,8 @@ class ContactFinder {
   double slack_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_;
   std::vector<Frame> frames_;                        ///< of the sectors' centre lines
   double half_width_ = 0.0, cells_per_width_ = 0.0;  ///< of a sector, as tangents
+  std::vector<Patch> patches_;
+  std::vector<Owner> owners_;  ///< of the patches
   std::vector<Candidate> all_;
   std::vector<std::vector<Candidate>> cells_;  ///< pieces in reach of each cell
 };

@@ -55,6 +55,7 @@ struct Piece {
 struct PlacedPiece {
   Piece piece;
   int offset;       ///< the piece's sector less the frame's: -1, 0, 1
+  int index;        ///< of the piece in its sector
   double turn_end;  ///< as Piece::turn, at the end of the piece [rad]
 };
 
@@ -342,7 +343,7 @@ class Profile {
       for (int i = count - 1; i >= 0; --i) {
         const Piece& piece = pieces_[static_cast<std::size_t>(i)];
         const Piece& next = pieces_[static_cast<std::size_t>((i + 1) % count)];
-        around_.push_back({detail::turned_piece(piece, offset * pitch()), offset, next.turn});
+        around_.push_back({detail::turned_piece(piece, offset * pitch()), offset, i, next.turn});
       }
     const auto rank = [](const PlacedPiece& placed) {
       const Face face = placed.piece.face;

@@ -315,8 +315,7 @@ void MillLoop::step_on_rows()
   on_rows_ = true;
   pair_->evaluate_rows();
   timer->stamp(TIME_PAIR);
-  evaluate_walls();
-  advance();
+  advance(evaluate_walls());
   for (EndsSteps* fix : ends_steps_) fix->end_step(found_);
 }
 
@@ -369,43 +368,42 @@ void MillLoop::write_arrays()
   }
 }
 
-/// Evaluate the contacts of the walls, each wall's after the other's for each ball.
-void MillLoop::evaluate_walls()
+/// Evaluate the contacts of the walls. Return the forces, in ascending order of the balls.
+const std::vector<kernels::WallForce>& MillLoop::evaluate_walls()
 {
-  wall_forces_.clear();
   const kernels::Rows rows = rows_->store.rows();
-  constexpr int position = sizeof(kernels::PositionRow) / sizeof(double);
-  constexpr int velocity = sizeof(kernels::VelocityRow) / sizeof(double);
-  constexpr int force = sizeof(kernels::ForceRow) / sizeof(double);
-  constexpr int single_force = sizeof(kernels::SingleForceRow) / sizeof(float);
-  // The first number of the first ball; a rank may have none.
-  const auto* at = reinterpret_cast<const double*>(rows.position);
-  const auto* motion = reinterpret_cast<const double*>(rows.velocity);
-  const auto* force_row = reinterpret_cast<const double*>(rows.force);
-  const auto* single_row = reinterpret_cast<const float*>(rows.single_force);
-  const WallInput balls{
-      {at, position},
-      {motion, velocity},
-      {motion + offsetof(kernels::VelocityRow, spin) / sizeof(double), velocity},
-      rows_->single
-          ? BallNumbers(single_row + offsetof(kernels::SingleForceRow, damping) / sizeof(float),
-                        single_force)
-          : BallNumbers(force_row + offsetof(kernels::ForceRow, damping) / sizeof(double), force)};
-  for (FixWallMill* wall : walls_)
-    for (const WallForce& on : wall->evaluate(balls, update->dt)) {
-      kernels::WallForce& to = wall_forces_.emplace_back();
-      to.ball = on.ball;
-      std::copy(on.force, on.force + 3, to.force);
-      std::copy(on.torque, on.torque + 3, to.torque);
-      to.damping = on.damping;
-    }
-  if (walls_.size() > 1)
-    std::stable_sort(wall_forces_.begin(), wall_forces_.end(),
-                     [](const auto& a, const auto& b) { return a.ball < b.ball; });
+  // Begin with the first number of the first ball; a rank may have none.
+  const auto column = [](const auto* row, std::size_t offset) {
+    return kernels::BallNumbers{reinterpret_cast<const double*>(row) + offset / sizeof(double),
+                                sizeof *row / sizeof(double)};
+  };
+  const auto sums = [](const auto* row, auto number, std::size_t offset) {
+    using Number = decltype(number);
+    return kernels::BallSums(reinterpret_cast<const Number*>(row) + offset / sizeof(Number),
+                             sizeof *row / sizeof(Number));
+  };
+  using kernels::ForceRow, kernels::PositionRow, kernels::SingleForceRow, kernels::VelocityRow;
+  const kernels::WallInput balls{
+      column(rows.position, 0),
+      column(rows.position, offsetof(PositionRow, radius)),
+      column(rows.velocity, 0),
+      column(rows.velocity, offsetof(VelocityRow, mass)),
+      column(rows.velocity, offsetof(VelocityRow, spin)),
+      rows_->single ? sums(rows.single_force, float{}, offsetof(SingleForceRow, damping))
+                    : sums(rows.force, double{}, offsetof(ForceRow, damping))};
+  if (walls_.size() == 1) return walls_[0]->evaluate(balls, update->dt);
+  wall_forces_.clear();
+  for (FixWallMill* wall : walls_) {
+    const auto& forces = wall->evaluate(balls, update->dt);
+    wall_forces_.insert(wall_forces_.end(), forces.begin(), forces.end());
+  }
+  std::stable_sort(wall_forces_.begin(), wall_forces_.end(),
+                   [](const auto& a, const auto& b) { return a.ball < b.ball; });
+  return wall_forces_;
 }
 
 /// End this step and begin the next one.
-void MillLoop::advance()
+void MillLoop::advance(const std::vector<kernels::WallForce>& wall_forces)
 {
   const millscale::neighbor::AdaptiveSkin& skin = pair_->skin().skin();
   kernels::Advance pass{};
@@ -417,8 +415,8 @@ void MillLoop::advance()
   if (mill_)
     for (int d = 0; d < 3; ++d) pass.gravity[d] = mill_->gravity() * mill_->down()[d];
   pass.gravity_first = gravity_first_;
-  pass.wall_begin = wall_forces_.data();
-  pass.wall_end = pass.wall_begin + wall_forces_.size();
+  pass.wall_begin = wall_forces.data();
+  pass.wall_end = pass.wall_begin + wall_forces.size();
   pass.damping =
       pair_->limited_damping() && atom->nlocal > 0 ? &pair_->damping()->of_ball(0) : nullptr;
   pass.start = start_.data();

@@ -50,8 +50,8 @@ class MillLoop : public Verlet {
   void read_arrays();
   void write_arrays();
   void read_list();
-  void evaluate_walls();
-  void advance();
+  const std::vector<millscale::kernels::WallForce>& evaluate_walls();
+  void advance(const std::vector<millscale::kernels::WallForce>& wall_forces);
 
   std::string reason_;  ///< why the engine's loop must run; empty: ours runs
   FixBallRows* rows_ = nullptr;
@@ -68,7 +68,7 @@ class MillLoop : public Verlet {
   bool on_rows_ = false;  ///< the rows are up to date, and begin the present step
   int signals_ = 0;       ///< received by any rank, as bits
   millscale::kernels::Advanced found_;
-  std::vector<millscale::kernels::WallForce> wall_forces_;
+  std::vector<millscale::kernels::WallForce> wall_forces_;  ///< of several walls
   std::vector<millscale::kernels::ListStart> start_;
   std::vector<millscale::kernels::Kick> kick_;
 };

@@ -13,7 +13,8 @@
 #include "update.h"
 
 #include "core/contact/contact_energy.h"
-#include "core/contact/damping_limit.h"
+#include "core/kernels/kernel.h"
+#include "core/kernels/wall_contact.h"
 #include "core/liner/groove_box.h"
 #include "core/liner/nearest.h"
 #include "liggghts/common/contact_laws.h"
@@ -29,6 +30,7 @@
 using namespace LAMMPS_NS;
 using namespace FixConst;
 namespace contact = millscale::contact;
+namespace kernels = millscale::kernels;
 namespace liner = millscale::liner;
 using millscale::format;
 using millscale::Vector;
@@ -39,43 +41,33 @@ constexpr int slots = liner::Contacts::most + 2;  // liner, two ends
 constexpr int slot_size = 4;                      // key, tangential displacement
 constexpr int history_size = slots * slot_size;
 
-constexpr std::size_t ahead = 4;  // prefetch distance in balls
+constexpr int none = -1;          // patch
+constexpr int block = 64;         // entries of `Near` examined together
+constexpr std::size_t ahead = 8;  // prefetch distance in forces
 
-/// Key of a surface, which identifies the history of a contact; 0 is no contact. A lifter's faces,
-/// edges and top are one surface. A ball has one contact with this surface, which moves around the
-/// edges.
-double key_of(const liner::Contact& contact)
+constexpr double lower_end = -1.0, upper_end = -2.0;  // keys; those of the liner are positive
+
+/// Bits of the contacts of a ball.
+constexpr signed char on_groove = 1, on_wall = 2, several = 4;
+
+/// The groove's bit, or that of the other surfaces.
+signed char mark_of(const liner::Profile& profile, double key)
 {
-  return 1.0 + contact.surface;
-}
-constexpr double lower_end = -1.0, upper_end = -2.0;
-
-bool is_groove(const liner::Profile& profile, double key)
-{
-  return key > 0.0 && profile.is_groove(static_cast<int>(key) - 1);
+  return key > 0.0 && profile.is_groove(static_cast<int>(key) - 1) ? on_groove : on_wall;
 }
 
-/// Bits of the surfaces in contact with a ball.
-constexpr signed char on_groove = 1, on_wall = 2;
-
-Vector displacement_of(double key, const double* row)
+/// The displacement of the contact with this key in a ball's row, null if there is none.
+const double* displacement_of(double key, const double* row)
 {
   for (int s = 0; s < slots; ++s, row += slot_size)
-    if (row[0] == key) return {row[1], row[2], row[3]};
-  return {};
-}
-
-bool holds(double key, const double* row)
-{
-  for (int s = 0; s < slots; ++s, row += slot_size)
-    if (row[0] == key) return true;
-  return false;
+    if (row[0] == key) return row + 1;
+  return nullptr;
 }
 
 }  // namespace
 
 FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
-    : FixPerBallRows(lmp, narg, arg, history_size)
+    : FixPerBallRows(lmp, narg, arg, history_size), kernels_(kernels::best_implementation().wall)
 {
   vector_flag = 1;
   size_vector = 6;
@@ -143,6 +135,7 @@ void FixWallMill::init()
     check_balls_fit(largest);
     finder_ = std::make_unique<liner::ContactFinder>(
         *liner_, largest > 0.0 ? largest : mill_fix_->scaled().mill.ball_radius);
+    make_patches();
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
     // Created by the pair style, whose init runs before.
@@ -150,6 +143,24 @@ void FixWallMill::init()
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
+}
+
+/// Number the patches of liner and ends. A lifter's faces, edges and top are one surface: a ball
+/// has one contact with it, which moves around the edges.
+void FixWallMill::make_patches()
+{
+  patches_ = finder_->patches();
+  surfaces_.clear();
+  for (std::size_t k = 0; k < patches_.size(); ++k) {
+    const double key = 1.0 + finder_->surface_of(k);
+    surfaces_.push_back({key, mark_of(*liner_, key)});
+  }
+  if (!ends_) return;
+  const double turns = ends_turn_ ? 1.0 : 0.0;
+  patches_.push_back({0.0, 0.0, 0.0, 0.0, 1.0, -ends_->low, 0.0, turns});
+  patches_.push_back({0.0, 0.0, 0.0, 0.0, -1.0, ends_->high, 0.0, turns});
+  surfaces_.push_back({lower_end, on_wall});
+  surfaces_.push_back({upper_end, on_wall});
 }
 
 void FixWallMill::read_materials()
@@ -178,18 +189,25 @@ void FixWallMill::post_force(int)
 /// Evaluate the contacts of the engine's balls and add the forces to the engine's arrays.
 void FixWallMill::add_forces(double dt)
 {
-  const auto vectors = [](double** rows) { return BallVectors{rows ? rows[0] : nullptr, 3}; };
+  const auto vectors = [](double** rows) {
+    return kernels::BallNumbers{rows ? rows[0] : nullptr, 3};
+  };
   const bool limited = damping_ && atom->nlocal > 0;
-  const WallInput input{vectors(atom->x), vectors(atom->v), vectors(atom->omega),
-                        limited ? BallNumbers(&damping_->of_ball(0), 1) : BallNumbers()};
-  const std::vector<WallForce>& forces = evaluate(input, dt);
+  const auto& forces =
+      evaluate({vectors(atom->x),
+                {atom->radius, 1},
+                vectors(atom->v),
+                {atom->rmass, 1},
+                vectors(atom->omega),
+                limited ? kernels::BallSums(&damping_->of_ball(0), 1) : kernels::BallSums()},
+               dt);
   const std::size_t count = forces.size();
   for (std::size_t k = 0; k < count; ++k) {
     if (k + ahead < count) {
       __builtin_prefetch(atom->f[forces[k + ahead].ball], 1);
       __builtin_prefetch(atom->torque[forces[k + ahead].ball], 1);
     }
-    const WallForce& on_ball = forces[k];
+    const kernels::WallForce& on_ball = forces[k];
     const int i = on_ball.ball;
     for (int d = 0; d < 3; ++d) atom->f[i][d] += on_ball.force[d];
     for (int d = 0; d < 3; ++d) atom->torque[i][d] += on_ball.torque[d];
@@ -197,45 +215,68 @@ void FixWallMill::add_forces(double dt)
   }
 }
 
-FixWallMill::MillNow FixWallMill::mill_now() const
+/// The wall's directions turn with the mill: in them the liner is at rest.
+kernels::WallFrame FixWallMill::frame_now() const
 {
-  const Vector& axis = mill_fix_->axis();
+  const millscale::MillFrame& mill = mill_fix_->frame();
+  const millscale::Turn turn(mill_fix_->mill_angle());
+  // As liner::section has it, x and z point against the mill's own directions.
+  const millscale::MillPoint x{-1.0, 0.0, 0.0}, z{0.0, -1.0, 0.0};
+  const Vector& axis = mill.axis();
   const double speed = mill_fix_->speed_now();
-  return {mill_fix_->frame(),
-          millscale::Turn(mill_fix_->mill_angle()),
+  return {millscale::vector3(mill.origin()),
+          millscale::vector3(mill.vector(x.in_space(turn))),
+          millscale::vector3(mill.vector(z.in_space(turn))),
+          millscale::vector3(axis),
           {speed * axis[0], speed * axis[1], speed * axis[2]}};
 }
 
-const std::vector<WallForce>& FixWallMill::evaluate(const WallInput& input, double dt)
+const std::vector<kernels::WallForce>& FixWallMill::evaluate(const kernels::WallInput& input,
+                                                             double dt)
 {
-  const MillNow mill = mill_now();
+  task_.balls = input;
+  task_.frame = frame_now();
+  task_.patches = patches_.data();
+  task_.laws = law_of_type_.data();
+  task_.terms = terms_;
+  task_.damping_of_balls = damping_ != nullptr;
+  task_.dt = dt;
   std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
   torque_on_turning_ = {};
   forces_.clear();
-  find_near(input, mill);
-  const std::size_t count = near_.size();
-  for (std::size_t k = 0; k < count; ++k) {
-    if (k + ahead < count) fetch_ahead(input, near_[k + ahead]);
-    look_at(input, near_[k], mill, dt);
+  find_near();
+  batch_.count = 0;
+  const kernels::NearBalls near = near_.view();
+  if (near.count > 0) fetch_ahead(0);
+  for (int b = 0; b * block < near.count; ++b) {
+    if ((b + 1) * block < near.count) fetch_ahead(b + 1);
+    const std::uint64_t moved = kernels_->moved(task_, near, b * block);
+    for (std::uint64_t left = moved | near_.tracks[b]; left != 0; left &= left - 1) {
+      const int k = __builtin_ctzll(left);
+      look_at(b * block + k, moved >> k & 1);
+    }
   }
+  evaluate_batch();
   return forces_;
 }
 
-/// Prefetch the scattered data of a ball while other balls are evaluated.
-void FixWallMill::fetch_ahead(const WallInput& input, const Near& near) const
+/// Prefetch the scattered data of a block of balls while another block is evaluated.
+void FixWallMill::fetch_ahead(int b) const
 {
-  const int i = near.ball;
-  __builtin_prefetch(input.position[i]);
-  if (near.clear > 0.0) return;
-  __builtin_prefetch(input.velocity[i]);
-  __builtin_prefetch(input.spin[i]);
-  for (int k = 0; k < history_size; k += 8) __builtin_prefetch(row(i) + k, 1);
+  const int begin = b * block, end = std::min(begin + block, near_.count);
+  for (int k = begin; k < end; ++k) __builtin_prefetch(task_.balls.position[near_.ball[k]]);
+  for (std::uint64_t left = near_.tracks[b]; left != 0; left &= left - 1) {
+    const int i = near_.ball[begin + __builtin_ctzll(left)];
+    __builtin_prefetch(task_.balls.velocity[i]);
+    __builtin_prefetch(task_.balls.spin[i]);
+    __builtin_prefetch(row(i), 1);
+  }
 }
 
 /// List the balls that may touch the wall or did; most balls of a mill do neither. Between two
 /// neighbour lists no ball moves by more than half the skin, if the engine checks displacements. So
 /// balls farther from liner and ends are checked only at the next list.
-void FixWallMill::find_near(const WallInput& input, const MillNow& mill)
+void FixWallMill::find_near()
 {
   const bool sorted_anew = neighbor->ago == 0 || static_cast<int>(touching_.size()) != atom->nlocal;
   const bool engine_watches =
@@ -247,157 +288,191 @@ void FixWallMill::find_near(const WallInput& input, const MillNow& mill)
   const double high = ends_ ? ends_->high - margin : INFINITY;
   const double clear = liner_->clear_radius() - margin;
   near_.clear();
+  task_.only_law = -1;
   for (int i = 0; i < atom->nlocal; ++i) {
-    const double radius = atom->radius[i], reach = std::max(0.0, clear - radius);
-    const Vector arm = mill.frame.arm(input.position[i]);
-    const double along = millscale::dot(arm, mill.frame.axis());
-    const bool clear_of_liner = millscale::dot(arm, arm) - along * along < reach * reach;
+    const double radius = *task_.balls.radius[i], reach = std::max(0.0, clear - radius);
+    const auto arm = millscale::vector3(task_.balls.position[i]) - task_.frame.origin;
+    const double along = dot(arm, task_.frame.axis);
+    const bool clear_of_liner = dot(arm, arm) - along * along < reach * reach;
     const bool clear_of_ends = along - radius > low && along + radius < high;
     if (clear_of_liner && clear_of_ends && touching_[i] == 0) continue;
-    if (atom->mask[i] & groupbit) near_.push_back({i, {}, {}, 0.0, 0.0});
+    if (atom->mask[i] & groupbit) near_.add(i);
   }
+  near_.end();
+  const auto same_type = [this](int i) { return atom->type[i] == atom->type[near_.ball[0]]; };
+  const auto end = near_.ball.begin() + near_.count;
+  if (near_.count > 0 && std::all_of(near_.ball.begin(), end, same_type))
+    task_.only_law = atom->type[near_.ball[0]] - 1;
+}
+
+void FixWallMill::Near::clear()
+{
+  count = 0;
+  for (auto* numbers : {&ball, &sector, &patch}) numbers->clear();
+}
+
+/// Add a ball that has not been searched.
+void FixWallMill::Near::add(int i)
+{
+  ball.push_back(i);
+  ++count;
+}
+
+void FixWallMill::Near::end()
+{
+  sector.assign(count, -1);
+  patch.assign(count, none);
+  tracks.assign((count + block - 1) / block, 0);
+  const int padded = (count + block - 1) / block * block;
+  ball.resize(padded, count > 0 ? ball[0] : 0);
+  for (auto* numbers : {&x, &z, &along, &clear2}) numbers->assign(padded, 0.0);
+}
+
+kernels::NearBalls FixWallMill::Near::view() const
+{
+  return {ball.data(), x.data(), z.data(), along.data(), clear2.data(), count};
 }
 
 void FixWallMill::count_touching()
 {
   touching_.assign(atom->nlocal, 0);
-  for (int i = 0; i < atom->nlocal; ++i)
-    for (int s = 0; s < slots && row(i)[s * slot_size] != 0.0; ++s)
-      touching_[i] |= is_groove(*liner_, row(i)[s * slot_size]) ? on_groove : on_wall;
-}
-
-/// Contacts of a ball with liner and ends, at most `slots`.
-struct FixWallMill::Contacts {
-  int count = 0;
-  Contact contact[slots];
-
-  void add(const Contact& c) { contact[count++] = c; }
-};
-
-/// In the turning frame the liner is at rest. A ball cannot touch the liner until it has moved by
-/// the distance of its last check.
-void FixWallMill::look_at(const WallInput& input, Near& near, const MillNow& mill, double dt)
-{
-  const int i = near.ball;
-  const Vector arm = mill.frame.arm(input.position[i]);
-  const millscale::MillPoint p = mill.frame.components(arm).in_turning_frame(mill.turn);
-  const liner::Point centre = liner::section(p), way = centre - near.seen;
-  const double along = p.along, rise = along - near.along;
-  if (way.x * way.x + way.z * way.z + rise * rise < near.clear * near.clear) return;
-
-  const double radius = atom->radius[i];
-  near.seen = centre;
-  near.along = along;
-  Contacts found;
-  touch_liner(mill, near, radius, found);
-  near.clear = near.last.clear;
-  if (ends_) touch_ends(mill, near, radius, found);
-  if (found.count > 0) near.clear = 0.0;
-  if (found.count > 0 || touching_[i] != 0) press_all(input, i, mill, arm, found, dt);
-}
-
-void FixWallMill::touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const
-{
-  const liner::Contacts contacts = finder_->contacts(near.seen, radius, near.last);
-  for (int c = 0; c < contacts.count; ++c) {
-    const liner::Contact& touch = contacts.contact[c];
-    Contact contact{touch.overlap, {}, key_of(touch), true};
-    const millscale::MillPoint normal{-touch.normal.x, -touch.normal.z, 0.0};
-    contact.normal = mill.frame.vector(normal.in_space(mill.turn));
-    found.add(contact);
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double* history = row(i);
+    for (int s = 0; s < slots && history[s * slot_size] != 0.0; ++s)
+      touching_[i] |= static_cast<signed char>(mark_of(*liner_, history[s * slot_size]) |
+                                               (s > 0 ? several : 0));
   }
 }
 
-void FixWallMill::touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const
+/// Add the contacts of a ball to the batch. If the ball has moved too far since its last search,
+/// search it.
+void FixWallMill::look_at(int entry, bool moved)
 {
-  const auto touch = [&](double overlap, double direction, double key) {
-    near.clear = std::min(near.clear, -overlap);
-    if (!(overlap > 0.0)) return;
-    Contact contact{overlap, {}, key, ends_turn_};
-    for (int d = 0; d < 3; ++d) contact.normal[d] = direction * mill.frame.axis()[d];
-    found.add(contact);
+  const int i = near_.ball[entry];
+  if (batch_.count + slots > kernels::WallBatch::most) evaluate_batch();
+  if (!moved) {
+    add_contact(i, near_.patch[entry]);
+    return;
+  }
+  const double radius = *task_.balls.radius[i];
+  const auto arm = millscale::vector3(task_.balls.position[i]) - task_.frame.origin;
+  const liner::Point centre{dot(arm, task_.frame.x), dot(arm, task_.frame.z)};
+  const double along = dot(arm, task_.frame.axis);
+  liner::Found found = finder_->find(centre, radius, near_.sector[entry]);
+  int patch[slots], count = found.count;
+  std::copy(found.patch.begin(), found.patch.begin() + count, patch);
+  double clear = found.clear;
+  if (ends_) {
+    const auto touch = [&](double overlap, int end) {
+      if (overlap > 0.0)
+        patch[count++] = static_cast<int>(patches_.size()) - 2 + end;
+      else
+        clear = std::min(clear, -overlap);
+    };
+    touch(ends_->lower_overlap(along, radius), 0);
+    touch(ends_->upper_overlap(along, radius), 1);
+  }
+  if (count > 1) clear = 0.0;
+  near_.x[entry] = centre.x;
+  near_.z[entry] = centre.z;
+  near_.along[entry] = along;
+  near_.clear2[entry] = clear * clear;
+  near_.patch[entry] = count == 1 ? patch[0] : none;
+  const std::uint64_t bit = std::uint64_t{1} << entry % block;
+  std::uint64_t& tracks = near_.tracks[entry / block];
+  tracks = count == 1 ? tracks | bit : tracks & ~bit;
+  for (int c = 0; c < count; ++c) add_contact(i, patch[c]);
+  if (count == 0 && touching_[i] != 0) store_history(i, 0, 0);
+}
+
+void FixWallMill::add_contact(int i, int patch)
+{
+  const int k = batch_.count++;
+  batch_.ball[k] = i;
+  batch_.patch[k] = patch;
+  batch_.law[k] = atom->type[i] - 1;
+  const double key = surfaces_[patch].key;
+  const double* history = row(i);
+  const double* displacement = touching_[i] & several ? displacement_of(key, history)
+                               : history[0] == key    ? history + 1
+                                                      : nullptr;
+  for (int d = 0; d < 3; ++d) batch_.displacement[d][k] = displacement ? displacement[d] : 0.0;
+  continued_[k] = displacement;
+}
+
+/// Evaluate the contacts of the batch, store their histories and list their forces.
+void FixWallMill::evaluate_batch()
+{
+  if (batch_.count == 0) return;
+  kernels_->evaluate(task_, batch_);
+  const bool moves = task_.dt > 0.0;
+  for (int k = 0; k < batch_.count;) {
+    const int i = batch_.ball[k], begin = k;
+    for (; k < batch_.count && batch_.ball[k] == i; ++k) {
+      if (!(batch_.overlap[k] > 0.0)) continue;
+      kernels::WallForce& on_ball = forces_.emplace_back();
+      on_ball.ball = i;
+      on_ball.damping = damping_ && moves ? batch_.damping[k] : 0.0;
+      const double turns = patches_[batch_.patch[k]].turns;
+      for (int d = 0; d < 3; ++d) {
+        on_ball.force[d] = batch_.force[d][k];
+        on_ball.torque[d] = batch_.torque[d][k];
+        on_wall_[d] -= batch_.force[d][k];
+        on_wall_[3 + d] -= batch_.moment[d][k];
+        torque_on_turning_[d] -= turns * batch_.moment[d][k];
+      }
+      if (ledger_) add_to_budget(k);
+    }
+    store_history(i, begin, k);
+  }
+  batch_.count = 0;
+}
+
+/// Store the histories of a ball's contacts, begin to end in the batch.
+void FixWallMill::store_history(int i, int begin, int end)
+{
+  double* slot = row(i);
+  const double* last = slot + slot_size * (touching_[i] & several ? slots : 1);
+  signed char contacts = 0;
+  for (int k = begin; k < end; ++k) {
+    if (!(batch_.overlap[k] > 0.0)) continue;
+    const Surface& surface = surfaces_[batch_.patch[k]];
+    if (contacts != 0) contacts |= several;
+    contacts |= surface.mark;
+    *slot++ = surface.key;
+    for (int d = 0; d < 3; ++d) *slot++ = batch_.stretch[d][k];
+  }
+  while (slot < last) *slot++ = 0.0;
+  touching_[i] = contacts;
+}
+
+/// Add contact k of the batch to the energy budget. The kernels do not evaluate the parts of a
+/// force, but the law gives the same bits here.
+void FixWallMill::add_to_budget(int k)
+{
+  const int i = batch_.ball[k];
+  const liner::Patch& patch = patches_[batch_.patch[k]];
+  const auto vector = [](const double* v) { return millscale::vector3(v); };
+  const auto of_batch = [k](const double(&columns)[3][kernels::WallBatch::most]) {
+    return millscale::Vector3<double>{columns[0][k], columns[1][k], columns[2][k]};
   };
-  touch(ends_->lower_overlap(near.along, radius), 1.0, lower_end);
-  touch(ends_->upper_overlap(near.along, radius), -1.0, upper_end);
-}
-
-/// Evaluate a ball's contacts with the histories in the ball's row, and store the new histories.
-void FixWallMill::press_all(const WallInput& input, int i, const MillNow& mill, const Vector& arm,
-                            Contacts& found, double dt)
-{
-  double* history = row(i);
-  double next[history_size] = {};
-  const double share = terms_.limited_damping ? damping_share(input, i, found, dt) : 0.0;
-  touching_[i] = 0;
-  for (int c = 0; c < found.count; ++c) {
-    const double key = found.contact[c].key;
-    Vector displacement = displacement_of(key, history);
-    if (ledger_) found.contact[c].continued = holds(key, history);
-    press(input, i, mill, arm, found.contact[c], dt, displacement, share);
-    next[c * slot_size] = key;
-    touching_[i] |= is_groove(*liner_, key) ? on_groove : on_wall;
-    std::copy(displacement.begin(), displacement.end(), next + c * slot_size + 1);
-  }
-  std::copy(next, next + history_size, history);
-}
-
-const contact::ContactLaw<double>& FixWallMill::law_of(int i) const
-{
-  return law_of_type_[atom->type[i] - 1];
-}
-
-/// Return the ball's contribution to the divisor of the tangential damping of its contacts with the
-/// wall. The sum is over all contacts of the ball. The pair style has just stored the sum over
-/// contacts with balls; this adds the contacts with the wall.
-double FixWallMill::damping_share(const WallInput& input, int i, const Contacts& found,
-                                  double dt) const
-{
-  const contact::ContactLaw<double>& law = law_of(i);
-  double damping = damping_ ? input.damping[i] : 0.0;
-  for (int c = 0; c < found.count; ++c) {
-    const double a = contact::contact_radius(atom->radius[i], found.contact[c].overlap);
-    damping += law.tangential_damping * contact::damping_scale(a, atom->rmass[i]);
-  }
-  return contact::damping_share(damping, atom->rmass[i], dt);
-}
-
-void FixWallMill::press(const WallInput& input, int i, const MillNow& mill, const Vector& arm,
-                        const Contact& contact, double dt, Vector& displacement,
-                        double damping_share)
-{
-  const double radius = atom->radius[i];
-  contact::BallOnWall touch{contact.normal, contact.overlap, radius, atom->rmass[i], {}, {},
-                            displacement,   damping_share};
-  Vector lever;
-  for (int d = 0; d < 3; ++d) lever[d] = arm[d] - (radius - contact.overlap) * contact.normal[d];
-  const Vector wall_velocity = contact.turns ? millscale::cross(mill.omega, lever) : Vector{};
-  for (int d = 0; d < 3; ++d) {
-    touch.velocity[d] = input.velocity[i][d] - wall_velocity[d];
-    touch.spin[d] = input.spin[i][d];
-  }
-  const auto on_wall = contact::contact_of(touch);
-  const auto result = contact::contact_force(on_wall, law_of(i), terms_, dt, dt > 0.0);
-  displacement = millscale::to_array(result.displacement);
-  const Vector force = millscale::to_array(result.force);
-  const Vector torque = millscale::to_array(result.torque_i);
-  // Total change of the ball's angular momentum about the mill's origin, its own spin included.
-  Vector moment = millscale::cross(arm, force);
-  for (int d = 0; d < 3; ++d) moment[d] += torque[d];
-  for (int d = 0; d < 3; ++d) {
-    on_wall_[d] -= force[d];
-    on_wall_[3 + d] -= moment[d];
-    if (contact.turns) torque_on_turning_[d] -= moment[d];
-  }
-  const double damping = damping_ && dt > 0.0 ? result.damping : 0.0;
-  forces_.push_back(
-      {i, {force[0], force[1], force[2]}, {torque[0], torque[1], torque[2]}, damping});
-  if (!ledger_) return;
+  const kernels::BallMotion<double> ball{*task_.balls.radius[i], *task_.balls.mass[i],
+                                         vector(task_.balls.velocity[i]),
+                                         vector(task_.balls.spin[i])};
+  const auto touch =
+      kernels::on_patch(task_.frame, patch, vector(task_.balls.position[i]), ball.radius);
+  const bool moves = task_.dt > 0.0;
+  const auto on_wall = kernels::contact_of(task_.frame, touch, patch.turns, ball,
+                                           of_batch(batch_.displacement), batch_.damping_share[k]);
+  const auto result =
+      contact::contact_force(on_wall, law_of_type_[batch_.law[k]], terms_, task_.dt, moves);
   const contact::EvaluatedContact evaluated(on_wall, result);
   millscale::energy::ContactSums& sums = ledger_->on_wall();
-  sums.store(evaluated, 1.0, dt > 0.0);
-  const Vector spin = contact.turns ? mill.omega : Vector{};
-  sums.add_wall(i, evaluated, spin, millscale::cross(spin, arm));
-  if (!contact.continued && dt > 0.0) sums.begin_contact(evaluated.approach_energy(), 1.0);
+  sums.store(evaluated, 1.0, moves);
+  const auto spin = patch.turns * task_.frame.spin;
+  sums.add_wall(i, evaluated, millscale::to_array(spin),
+                millscale::to_array(cross(spin, touch.arm)));
+  if (!continued_[k] && moves) sums.begin_contact(evaluated.approach_energy(), 1.0);
 }
 
 void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,
@@ -473,12 +548,13 @@ void FixWallMill::check_balls_fit(double largest) const
 /// Check that no ball's centre lies in the wall or beyond an end: no force returns such a ball.
 void FixWallMill::check_balls_are_inside() const
 {
-  const MillNow mill = mill_now();
+  const millscale::MillFrame& frame = mill_fix_->frame();
+  const millscale::Turn turn(mill_fix_->mill_angle());
   int outside = 0, first = MAXTAGINT;
   Vector place{};
   for (int i = 0; i < atom->nlocal; ++i) {
     if (!(atom->mask[i] & groupbit)) continue;
-    const millscale::MillPoint p = mill.frame.point(atom->x[i]).in_turning_frame(mill.turn);
+    const millscale::MillPoint p = frame.point(atom->x[i]).in_turning_frame(turn);
     if (liner::inside(*liner_, liner::section(p)) &&
         !(ends_ && (p.along < ends_->low || p.along > ends_->high)))
       continue;

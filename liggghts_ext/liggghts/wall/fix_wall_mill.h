@@ -1,16 +1,18 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/contact/contact_force.h"
+#include "core/kernels/advance.h"
+#include "core/kernels/wall.h"
 #include "core/liner/contacts.h"
 #include "core/liner/end_walls.h"
 #include "liggghts/common/fix_per_ball_rows.h"
 #include "liggghts/mill/liner_arguments.h"
-#include "liggghts/wall/wall_force.h"
 
 namespace LAMMPS_NS {
 
@@ -33,7 +35,8 @@ class FixWallMill : public FixPerBallRows {
   /// Evaluate the contacts of all local balls at this step and advance their histories by dt [s];
   /// 0: at set-up. Return the force of each contact, in ascending order of the balls. The caller
   /// adds the forces. The result is valid until the next call.
-  const std::vector<WallForce>& evaluate(const WallInput& input, double dt);
+  const std::vector<millscale::kernels::WallForce>& evaluate(
+      const millscale::kernels::WallInput& input, double dt);
 
   double compute_vector(int) override;
 
@@ -51,30 +54,28 @@ class FixWallMill : public FixPerBallRows {
   void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
 
  private:
-  /// Position and motion of the mill at this step.
-  struct MillNow {
-    millscale::MillFrame frame;
-    millscale::Turn turn;  ///< turn by the mill's angle
-    millscale::Vector omega;
+  /// A surface of liner or end that a patch belongs to.
+  struct Surface {
+    double key;        ///< identifies the history of a contact, never 0
+    signed char mark;  ///< bit in `touching_`
   };
 
-  /// One contact of a ball, before its force is known.
-  struct Contact {
-    double overlap;
-    millscale::Vector normal;
-    double key;              ///< key of the surface, never 0
-    bool turns;              ///< the surface moves with the mill
-    bool continued = false;  ///< in contact at the last evaluation
-  };
-  struct Contacts;
-
-  /// A ball that may touch the wall before the next neighbour list.
+  /// Balls that may touch the wall before the next neighbour list. Entry by entry, with a few
+  /// entries more for the last pack.
   struct Near {
-    int ball;
-    millscale::liner::LastSearch last;
-    millscale::liner::Point seen;  ///< centre at the last check, in the mill at rest
-    double along;                  ///< position along the axis at the last check [m]
-    double clear;  ///< distance the ball can move without a contact, ends included [m]
+    std::vector<int> ball;
+    std::vector<int> sector;            ///< of the last search
+    std::vector<int> patch;             ///< the only one that the ball may touch, or none
+    std::vector<double> x, z, along;    ///< centre at the last search, in the wall's directions [m]
+    std::vector<double> clear2;         ///< square of the distance that the centre can move before
+                                        ///< it may touch another patch [m^2]
+    std::vector<std::uint64_t> tracks;  ///< bits of the entries that have a patch
+    int count = 0;
+
+    void clear();
+    void add(int i);
+    void end();
+    millscale::kernels::NearBalls view() const;
   };
 
   void parse(int narg, char** arg);
@@ -84,21 +85,17 @@ class FixWallMill : public FixPerBallRows {
   void check_balls_fit(double largest) const;
   void check_balls_are_inside() const;
   void read_materials();
-  MillNow mill_now() const;
+  void make_patches();
+  millscale::kernels::WallFrame frame_now() const;
   void add_forces(double dt);
-  void find_near(const WallInput& input, const MillNow& mill);
+  void find_near();
   void count_touching();
-  void fetch_ahead(const WallInput& input, const Near& near) const;
-  void look_at(const WallInput& input, Near& near, const MillNow& mill, double dt);
-  void touch_liner(const MillNow& mill, Near& near, double radius, Contacts& found) const;
-  void touch_ends(const MillNow& mill, Near& near, double radius, Contacts& found) const;
-  void press_all(const WallInput& input, int i, const MillNow& mill, const millscale::Vector& arm,
-                 Contacts& found, double dt);
-  void press(const WallInput& input, int i, const MillNow& mill, const millscale::Vector& arm,
-             const Contact& contact, double dt, millscale::Vector& displacement,
-             double damping_share);
-  const millscale::contact::ContactLaw<double>& law_of(int i) const;
-  double damping_share(const WallInput& input, int i, const Contacts& found, double dt) const;
+  void fetch_ahead(int block) const;
+  void look_at(int entry, bool moved);
+  void add_contact(int i, int patch);
+  void evaluate_batch();
+  void store_history(int i, int begin, int end);
+  void add_to_budget(int k);
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
@@ -113,10 +110,18 @@ class FixWallMill : public FixPerBallRows {
   millscale::contact::ContactTerms terms_;
   FixContactDamping* damping_ = nullptr;  ///< sums of ball-ball contacts, if limited
   std::vector<millscale::contact::ContactLaw<double>> law_of_type_;
-  std::vector<Near> near_;             ///< balls that may touch, or did
-  std::vector<WallForce> forces_;      ///< of the last evaluation
+  std::vector<millscale::liner::Patch> patches_;  ///< of the liner, then lower and upper end
+  std::vector<Surface> surfaces_;                 ///< of the patches
+  const millscale::kernels::WallKernels* kernels_;
+  Near near_;                          ///< balls that may touch, or did
   std::vector<signed char> touching_;  ///< contacts of each ball at the last evaluation, as bits
-  double on_wall_[6] = {};             ///< force and torque on liner and ends, this rank
+
+  // The evaluation of a step.
+  millscale::kernels::WallTask task_{};
+  millscale::kernels::WallBatch batch_;
+  std::vector<millscale::kernels::WallForce> forces_;
+  bool continued_[millscale::kernels::WallBatch::most];  ///< contacts of the batch that are not new
+  double on_wall_[6] = {};  ///< force and torque on liner and ends, this rank
   millscale::Vector torque_on_turning_{};
 };
 

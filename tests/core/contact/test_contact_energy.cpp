@@ -286,14 +286,14 @@ TEST(ContactEnergy, OfAWallIsThatOfItsForce)
 {
   const auto law = contact_law({young, shear, 0.5, 0.3, 0.01});
   for (const double along : {1e-6, 1e-3}) {  // sticks, slides
-    const auto contact = contact_of(BallOnWall{{0.0, 1.0, 0.0},
-                                               4e-4,
-                                               radius,
-                                               mass,
-                                               {0.2, -0.1, 0.05},
-                                               {3.0, 20.0, -8.0},
-                                               {along, 0.0, 0.0},
-                                               0.0});
+    const auto contact = contact_of(BallOnWall<double>{{0.0, 1.0, 0.0},
+                                                       4e-4,
+                                                       radius,
+                                                       mass,
+                                                       {0.2, -0.1, 0.05},
+                                                       {3.0, 20.0, -8.0},
+                                                       {along, 0.0, 0.0},
+                                                       0.0});
     const auto on_ball = contact_force(contact, law, {}, 1e-5, true);
     const EvaluatedContact evaluated(contact, on_ball);
     Loads loads{};

@@ -190,14 +190,9 @@ TEST(ContactForce, OnABallWithoutCurvatureAndMotionIsThatOfAWall)
     terms.limited_damping = true;
     const auto ball = force_of(pair, terms);
 
-    const BallOnWall on_wall{vector(normal),
-                             overlap,
-                             pair.radius_i,
-                             pair.mass_i,
-                             vector(pair.velocity),
-                             vector(pair.spin_i),
-                             vector(pair.displacement),
-                             pair.damping_share};
+    const BallOnWall<double> on_wall{
+        normal,        overlap,     pair.radius_i,     pair.mass_i,
+        pair.velocity, pair.spin_i, pair.displacement, pair.damping_share};
     const auto wall = contact_force(contact_of(on_wall), contact_law(steel), terms, dt, true);
     EXPECT_NEAR(ball.damping, wall.damping, 5e-6 * wall.damping);
     expect_close(ball.force, vector(wall.force), 5e-6);

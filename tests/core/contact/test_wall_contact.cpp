@@ -8,6 +8,7 @@ namespace {
 using namespace millscale::contact;
 using millscale::dot;
 using millscale::Vector;
+using millscale::vector3;
 
 const Material ball_material{5.98e7, 0.3, 2678.0};
 constexpr double ball_radius = 0.02;
@@ -29,8 +30,9 @@ ContactForce<double> wall_force(const Pair& pair, const Friction& friction, cons
   const auto law = contact_law(
       {pair.youngs_modulus, pair.shear_modulus, pair.damping, friction.sliding, friction.rolling});
   const auto force =
-      contact_force(contact_of(BallOnWall{touch.normal, touch.overlap, pair.radius, pair.mass,
-                                          touch.velocity, touch.spin, displacement, 0.0}),
+      contact_force(contact_of(BallOnWall<double>{vector3(touch.normal), touch.overlap, pair.radius,
+                                                  pair.mass, vector3(touch.velocity),
+                                                  vector3(touch.spin), vector3(displacement), 0.0}),
                     law, {}, dt, dt > 0.0);
   displacement = millscale::to_array(force.displacement);
   return force;

@@ -211,6 +211,45 @@ TEST(Profile, ContactsLieOnTheLinerEachOnAnotherSurfaceTheDeepestAtTheNearestPoi
   }
 }
 
+TEST(Profile, WithinTheClearWayABallTouchesThePatchFoundOrNothing)
+{
+  int single = 0, tracked = 0, touches = 0, ends = 0;
+  for (const Profile& profile : profiles()) {
+    const double radius = 0.02 * profile.radius();
+    for (const double usual : {radius, 0.4 * radius, 40.0 * radius}) {  // how far a search reaches
+      const ContactFinder finder(profile, usual);
+      std::mt19937 random(5);
+      std::uniform_real_distribution<double> psi(-pi, pi), share(0.0, 1.0),
+          distance(profile.clear_radius() - radius, profile.radius());
+      for (int i = 0; i < 40'000; ++i) {
+        const Point p = Frame(psi(random)).point({distance(random), 0.0});
+        if (nearest(profile, p).distance < 0.0) continue;
+        int sector = -1;
+        const Found found = finder.find(p, radius, sector);
+        if (found.count != 1) continue;
+        ++single;
+        if (found.clear == 0.0) continue;
+        ++tracked;
+        const double way = found.clear * std::sqrt(share(random)), direction = psi(random);
+        const Point there{p.x + way * std::cos(direction), p.z + way * std::sin(direction)};
+        if (nearest(profile, there).distance < 0.0) continue;
+        int fresh = -1;
+        const Found now = finder.find(there, radius, fresh);
+        const auto patch = before(finder.patches()[found.patch[0]], there.x, there.z, 0.0);
+        if (std::abs(patch.distance - radius) < 1e-12) continue;  // rounding decides
+        ASSERT_EQ(now.count, patch.distance < radius ? 1 : 0);
+        (now.count == 1 ? touches : ends) += 1;
+        if (now.count == 1) {
+          ASSERT_EQ(now.patch[0], found.patch[0]);
+        }
+      }
+    }
+  }
+  EXPECT_GT(tracked, single / 2);  // on short chords, a next chord is always near
+  EXPECT_GT(touches, 10'000);
+  EXPECT_GT(ends, 5'000);
+}
+
 TEST(Profile, OverlapChangesNoFasterThanTheCentreMovesOverJointsAndEdges)
 {
   // Around each liner at a constant distance: no jump at any joint, edge or border of sectors.
