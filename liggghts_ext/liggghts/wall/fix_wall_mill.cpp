@@ -390,7 +390,7 @@ void FixWallMill::add_contact(int i, int patch)
   const int k = batch_.count++;
   batch_.ball[k] = i;
   batch_.patch[k] = patch;
-  batch_.law[k] = atom->type[i] - 1;
+  batch_.law[k] = task_.only_law >= 0 ? task_.only_law : atom->type[i] - 1;
   const double key = surfaces_[patch].key;
   const double* history = row(i);
   const double* displacement = touching_[i] & several ? displacement_of(key, history)
