@@ -8,11 +8,11 @@
 
 namespace millscale::kernels {
 
-/// Force of one contact with a wall on a ball, in the layout of a force row.
+/// Force of one contact with a wall on a ball, in the layout of a force row. The number of the ball
+/// is in the place that a force row does not use.
 struct alignas(64) WallForce {
-  double force[3], unused = 0.0;  ///< [N]
-  double torque[3], damping;      ///< [N m]; tangential coefficient [kg/s]
-  int ball;
+  double force[3], ball;      ///< [N]
+  double torque[3], damping;  ///< [N m]; tangential coefficient [kg/s]
 };
 
 /// What the velocity of a ball gains per force and torque in half a step.

@@ -39,7 +39,6 @@ namespace {
 
 constexpr int slots = liner::Contacts::most + 2;  // liner, two ends
 constexpr int slot_size = 4;                      // key, tangential displacement
-constexpr int history_size = slots * slot_size;
 
 constexpr int none = -1;          // patch
 constexpr int block = 64;         // entries of `Near` examined together
@@ -56,18 +55,11 @@ signed char mark_of(const liner::Profile& profile, double key)
   return key > 0.0 && profile.is_groove(static_cast<int>(key) - 1) ? on_groove : on_wall;
 }
 
-/// The displacement of the contact with this key in a ball's row, null if there is none.
-const double* displacement_of(double key, const double* row)
-{
-  for (int s = 0; s < slots; ++s, row += slot_size)
-    if (row[0] == key) return row + 1;
-  return nullptr;
-}
-
 }  // namespace
 
 FixWallMill::FixWallMill(LAMMPS* lmp, int narg, char** arg)
-    : FixPerBallRows(lmp, narg, arg, history_size), kernels_(kernels::best_implementation().wall)
+    : FixPerBallRows(lmp, narg, arg, slot_size, (slots - 1) * slot_size),
+      kernels_(kernels::best_implementation().wall)
 {
   vector_flag = 1;
   size_vector = 6;
@@ -204,11 +196,12 @@ void FixWallMill::add_forces(double dt)
   const std::size_t count = forces.size();
   for (std::size_t k = 0; k < count; ++k) {
     if (k + ahead < count) {
-      __builtin_prefetch(atom->f[forces[k + ahead].ball], 1);
-      __builtin_prefetch(atom->torque[forces[k + ahead].ball], 1);
+      const int next = static_cast<int>(forces[k + ahead].ball);
+      __builtin_prefetch(atom->f[next], 1);
+      __builtin_prefetch(atom->torque[next], 1);
     }
     const kernels::WallForce& on_ball = forces[k];
-    const int i = on_ball.ball;
+    const int i = static_cast<int>(on_ball.ball);
     for (int d = 0; d < 3; ++d) atom->f[i][d] += on_ball.force[d];
     for (int d = 0; d < 3; ++d) atom->torque[i][d] += on_ball.torque[d];
     if (limited) damping_->of_ball(i) += on_ball.damping;
@@ -333,14 +326,19 @@ kernels::NearBalls FixWallMill::Near::view() const
   return {ball.data(), x.data(), z.data(), along.data(), clear2.data(), count};
 }
 
+/// Return the key and the displacement of a ball's contact.
+double* FixWallMill::slot(int i, int contact) const
+{
+  return contact == 0 ? row(i) : rest(i) + (contact - 1) * slot_size;
+}
+
 void FixWallMill::count_touching()
 {
   touching_.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; ++i) {
-    const double* history = row(i);
-    for (int s = 0; s < slots && history[s * slot_size] != 0.0; ++s)
-      touching_[i] |= static_cast<signed char>(mark_of(*liner_, history[s * slot_size]) |
-                                               (s > 0 ? several : 0));
+    for (int s = 0; s < slots && slot(i, s)[0] != 0.0; ++s)
+      touching_[i] |=
+          static_cast<signed char>(mark_of(*liner_, slot(i, s)[0]) | (s > 0 ? several : 0));
   }
 }
 
@@ -392,10 +390,10 @@ void FixWallMill::add_contact(int i, int patch)
   batch_.patch[k] = patch;
   batch_.law[k] = task_.only_law >= 0 ? task_.only_law : atom->type[i] - 1;
   const double key = surfaces_[patch].key;
-  const double* history = row(i);
-  const double* displacement = touching_[i] & several ? displacement_of(key, history)
-                               : history[0] == key    ? history + 1
-                                                      : nullptr;
+  int s = 0;
+  const int before = touching_[i] & several ? slots : 1;
+  while (s < before && slot(i, s)[0] != key) ++s;
+  const double* displacement = s < before ? slot(i, s) + 1 : nullptr;
   for (int d = 0; d < 3; ++d) batch_.displacement[d][k] = displacement ? displacement[d] : 0.0;
   continued_[k] = displacement;
 }
@@ -431,18 +429,18 @@ void FixWallMill::evaluate_batch()
 /// Store the histories of a ball's contacts, begin to end in the batch.
 void FixWallMill::store_history(int i, int begin, int end)
 {
-  double* slot = row(i);
-  const double* last = slot + slot_size * (touching_[i] & several ? slots : 1);
+  const int before = touching_[i] & several ? slots : 1;
   signed char contacts = 0;
+  int count = 0;
   for (int k = begin; k < end; ++k) {
     if (!(batch_.overlap[k] > 0.0)) continue;
     const Surface& surface = surfaces_[batch_.patch[k]];
-    if (contacts != 0) contacts |= several;
-    contacts |= surface.mark;
-    *slot++ = surface.key;
-    for (int d = 0; d < 3; ++d) *slot++ = batch_.stretch[d][k];
+    contacts |= static_cast<signed char>(surface.mark | (count > 0 ? several : 0));
+    double* history = slot(i, count++);
+    *history++ = surface.key;
+    for (int d = 0; d < 3; ++d) *history++ = batch_.stretch[d][k];
   }
-  while (slot < last) *slot++ = 0.0;
+  for (; count < before; ++count) std::fill_n(slot(i, count), slot_size, 0.0);
   touching_[i] = contacts;
 }
 

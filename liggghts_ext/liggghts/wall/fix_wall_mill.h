@@ -89,6 +89,7 @@ class FixWallMill : public FixPerBallRows {
   millscale::kernels::WallFrame frame_now() const;
   void add_forces(double dt);
   void find_near();
+  double* slot(int i, int contact) const;
   void count_touching();
   void fetch_ahead(int block) const;
   void look_at(int entry, bool moved);
