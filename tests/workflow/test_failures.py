@@ -7,9 +7,11 @@ import time
 import pytest
 
 import provoked_failures
-from millscale.workflow import stage_record, stage_work
+from millscale.runs.case_file import load_case
+from millscale.workflow import display, stage_record, stage_work
 from millscale.workflow.failures import KINDS, UNKNOWN, Traces, advice_of, classify
 from millscale.workflow.run_stage import run_stage
+from millscale.workflow.status import case_status
 from paper_campaign import cases
 from provoked_failures import PROVOCATIONS, provoke
 from small_campaign import SINGLE_BALLS
@@ -208,6 +210,24 @@ def test_a_stage_whose_process_is_gone_was_killed(finished):
 def test_watching_ends_when_nothing_runs(finished):
     lines = finished("status", "--watch", "--json").stdout.splitlines()
     assert len(lines) == 1 and {x["state"] for x in json.loads(lines[0])} == {"done"}
+
+
+def test_a_run_reads_the_files_of_a_case_until_it_is_done(finished, monkeypatch):
+    running(finished, SINGLE_BALLS[0])
+    folders = sorted((finished.runs / "cases").iterdir())
+    read = []
+
+    def status(folder, case):
+        read.append(case.id)
+        return case_status(folder, case)
+
+    monkeypatch.setattr(display, "case_status", status)
+    statuses = display._Statuses(finished.runs, [load_case(folder) for folder in folders])
+    first, again = statuses(), statuses()
+    assert [x.state for x in first] == [x.state for x in again]
+    counts = {x.id: read.count(x.id) for x in first}
+    assert counts == {x.id: 1 if x.state == "done" else 2 for x in first}
+    assert set(counts.values()) == {1, 2}
 
 
 @pytest.fixture(scope="module")

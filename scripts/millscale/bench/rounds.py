@@ -41,7 +41,8 @@ def interleaved(
             runs[index].append(phases)
             show(
                 f"round {turn + 1}/{plan.repeats} {variant.engine} ({variant.wall} wall, "
-                f"{variant.pair} pair): {phases.total:.0f} ns per ball, step and core"
+                f"{variant.pair} pair, {variant.step} step): "
+                f"{phases.total:.0f} ns per ball, step and core"
             )
     return runs
 

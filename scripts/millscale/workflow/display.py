@@ -46,8 +46,9 @@ def watching(
     console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
 ) -> Iterator[Watch]:
     """Yield a function that shows the status of the cases; call it often."""
+    statuses = _Statuses(runs, cases)
     if not console.is_terminal:
-        lines = _Lines(console, runs, cases, allocation)
+        lines = _Lines(console, statuses, allocation)
         try:
             yield _Paced(_REFRESH_S, lines)
         finally:
@@ -56,7 +57,9 @@ def watching(
     with Live(console=console, auto_refresh=False, transient=True) as live:
 
         def show() -> None:
-            live.update(_view(runs, cases, allocation), refresh=True)
+            now = statuses()
+            title = _overall(now, cases, allocation)
+            live.update(status_view(runs, now, title), refresh=True)
 
         yield _Paced(_REFRESH_S, show)
 
@@ -157,8 +160,21 @@ def _numbers(status: CaseStatus) -> tuple[str, ...]:
     )
 
 
-def _statuses(runs: Path, cases: Sequence[Case]) -> list[CaseStatus]:
-    return [case_status(runs / CASES_FOLDER / case.id, case) for case in cases]
+class _Statuses:
+    """Status of the cases of a run. The files of a case are not read again once it is done."""
+
+    def __init__(self, runs: Path, cases: Sequence[Case]) -> None:
+        self._runs, self.cases = runs, cases
+        self._done: dict[str, CaseStatus] = {}
+
+    def __call__(self) -> list[CaseStatus]:
+        return [self._done.get(case.id) or self._read(case) for case in self.cases]
+
+    def _read(self, case: Case) -> CaseStatus:
+        status = case_status(self._runs / CASES_FOLDER / case.id, case)
+        if status.state == "done":
+            self._done[case.id] = status
+        return status
 
 
 def _overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: Allocation) -> str:
@@ -169,11 +185,6 @@ def _overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: 
     left = duration(time_left(statuses, {case.id: case for case in cases}, allocation))
     cases_text = counted(len(statuses), "case")
     return f"{cases_text}: {', '.join(counts)}; {percent:.0f} %, about {left} left"
-
-
-def _view(runs: Path, cases: Sequence[Case], allocation: Allocation) -> Group:
-    statuses = _statuses(runs, cases)
-    return status_view(runs, statuses, _overall(statuses, cases, allocation))
 
 
 def status_view(runs: Path, statuses: Sequence[CaseStatus], title: str | None = None) -> Group:
@@ -215,20 +226,17 @@ class _Paced:
 class _Lines:
     """Print a line when a case changes state or stage, and the overall progress regularly."""
 
-    def __init__(
-        self, console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
-    ) -> None:
-        self._console, self._runs, self._cases = console, runs, cases
-        self._allocation = allocation
+    def __init__(self, console: Console, statuses: _Statuses, allocation: Allocation) -> None:
+        self._console, self._statuses, self._allocation = console, statuses, allocation
         self._seen: dict[str, tuple[str, ...]] = {}
         self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def __call__(self) -> None:
-        statuses = _statuses(self._runs, self._cases)
+        statuses = self._statuses()
         for status in statuses:
             self._print_change(status)
         if time.monotonic() >= self._next_line:
-            self._print(_overall(statuses, self._cases, self._allocation))
+            self._print(_overall(statuses, self._statuses.cases, self._allocation))
             self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def _print_change(self, status: CaseStatus) -> None:
