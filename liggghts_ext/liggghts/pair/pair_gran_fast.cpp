@@ -51,7 +51,7 @@ int64_t hash_of(const char* tangential, bool rolling)
       surface_fast);
 }
 
-LIGGGHTS::PairStyles::IGranularPairStyle* create(LAMMPS* engine, PairGran* pair, int64_t hash)
+LIGGGHTS::PairStyles::IGranularPairStyle* create_pair(LAMMPS* engine, PairGran* pair, int64_t hash)
 {
   return new PairGranFast(engine, pair, hash);
 }
@@ -84,7 +84,7 @@ std::string supported_kernels()
 void PairGranFast::add_to_engine()
 {
   models::Factory::instance().addSurfaceModel("fast", surface_fast);
-  std::map<int, decltype(&create)> creators;
+  std::map<int, decltype(&create_pair)> creators;
   // The ids of LIGGGHTS-PUBLIC 3.8 end at 12, 4, 8 and 6.
   for (int normal = 0; normal <= 12; ++normal)
     for (int tangential = 0; tangential <= 4; ++tangential)
@@ -93,7 +93,7 @@ void PairGranFast::add_to_engine()
           creators[LIGGGHTS::Utils::generate_gran_hashcode(normal, tangential, cohesion, rolling,
                                                            surface_fast)] = &refuse;
   for (const char* tangential : tangential_models)
-    for (const bool rolling : {false, true}) creators[hash_of(tangential, rolling)] = &create;
+    for (const bool rolling : {false, true}) creators[hash_of(tangential, rolling)] = &create_pair;
   for (const auto& [hash, creator] : creators)
     LIGGGHTS::PairStyles::Factory::instance().addStyle("gran", hash, creator);
 }
