@@ -64,6 +64,20 @@ def test_steps_of_small_and_large_charges_are_the_measured_ones(row):
     assert 1 / 1.25**2 < predicted / measured < most
 
 
+@pytest.mark.parametrize("pair", ["fast", "stock"])
+def test_the_speed_up_of_two_ranks_is_the_measured_one(pair):
+    one, two = (r for r in SIZES if (r["balls"], r["pair"]) == (231461, pair))
+    assert (one["ranks"], two["ranks"]) == (1, 2)
+    case = charge(1.0, 231461, "fast" if pair == "fast" else "default", one["wall"])
+    predicted = step_time(case, 1) / step_time(case, 2)
+    times = [row["ns_per_particle_step_core"] for row in (one, two)]
+    measured = 2.0 * times[0]["median"] / times[1]["median"]
+    # Either time is known to half its range over the rounds.
+    spread = sum((x["max"] - x["min"]) / 2.0 / x["median"] for x in times)
+    assert spread < 0.12
+    assert predicted == pytest.approx(measured, rel=spread)
+
+
 def test_an_energy_budget_has_a_rate_of_its_own():
     plain, kept = charge(), charge(ledger="on")
     assert step_time(kept, 1) > 2.0 * step_time(plain, 1)

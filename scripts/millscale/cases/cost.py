@@ -46,9 +46,10 @@ MESH_STEP, TRIANGLE_STEP = 24e-6, 0.38e-6
 START = 0.45
 # Slabs thinner than this, in mean ball diameters, hold more ghost balls than balls of their own.
 THINNEST_SLAB = 2.0
-# Memory of a rank without balls, and of a ball with its lists and contacts [MB], twice what 231,461
-# balls take on one rank (306 MB); the stages in Python, above all the analysis of a charge [MB].
-RANK_MB, BALL_MB, STAGES_MB = 100.0, 0.003, 500.0
+# Memory of a rank without balls, and of a ball with its lists and contacts [MB], twice what balls
+# take (docs/results/performance.md, Memory); the stages in Python, above all the analysis of a
+# charge [MB].
+RANK_MB, BALL_MB, STAGES_MB = 100.0, 0.005, 500.0
 
 
 @dataclass(frozen=True)
