@@ -62,7 +62,7 @@ struct Found {
   int count = 0;
   std::array<int, Contacts::most> patch;  ///< numbers of patches
   double clear = 0.0;  ///< distance the centre can move, in the mill's frame, without a contact
-                       ///< with a patch not found [m]; 0 if there are two or more, or an edge
+                       ///< with a patch not found [m]; 0 if there are three
 };
 
 /// Find the contacts of many balls with one liner. Quantities that do not depend on the ball are
@@ -123,8 +123,8 @@ class ContactFinder {
   }
 
   /// The patches in contact. `sector` is that of the ball's last search, -1 if not known, and is
-  /// updated. While the centre moves by less than `clear`, the ball can touch only the patch found,
-  /// and does so where `before` gives a distance less than its radius.
+  /// updated. While the centre moves by less than `clear`, the ball can touch only the patches
+  /// found, and does so where `before` gives a distance less than its radius.
   Found find(Point p, double ball_radius, int& sector) const
   {
     const double distance = std::sqrt(p.x * p.x + p.z * p.z);
@@ -146,13 +146,8 @@ class ContactFinder {
     const double reach = usual ? reach_ : INFINITY;
     if (minima.count == 0) {
       found.clear = std::max(0.0, std::min(minima.nearest.distance, reach) - ball_radius);
-    } else if (minima.count == 1 && !minima.nearest.at_edge && minima.nearest.distance > 0.0) {
-      const Candidate& touched = *minima.nearest.candidate;
-      double others = reach;
-      for (const Candidate& c : candidates)
-        if (&c != &touched) others = std::min(others, distance_of(c, at));
-      // In contact, the foot can leave the piece only over an end, which is also of a next piece.
-      found.clear = std::max(0.0, others - ball_radius);
+    } else if (minima.count <= 2 && minima.nearest.distance > 0.0) {
+      found.clear = std::max(0.0, way_to_others(candidates, at, ball_radius, reach, minima));
     }
     return found;
   }
@@ -265,6 +260,57 @@ class ContactFinder {
     const Candidate& c = *minimum.candidate;
     const int per_sector = 2 * static_cast<int>(profile_.pieces().size());
     return per_sector * beside(sector, c.offset) + c.patch + (minimum.at_edge ? 1 : 0);
+  }
+
+  /// Distance that a ball in contact can move before it may touch another patch [m], negative if
+  /// none.
+  double way_to_others(const std::vector<Candidate>& candidates, Local at, double ball_radius,
+                       double reach, const Minima& minima) const
+  {
+    const auto touched = [&](const Candidate& c) {
+      for (int k = 0; k < minima.count; ++k) {
+        const Minimum& minimum = minima.of_surface[k];
+        if (minimum.candidate == &c || (minimum.at_edge && follows(*minimum.candidate, c)))
+          return true;
+      }
+      return false;
+    };
+    double others = reach;
+    for (const Candidate& c : candidates)
+      if (!touched(c)) others = std::min(others, distance_of(c, at));
+    double way = others - ball_radius;
+    for (int k = 0; k < minima.count; ++k)
+      way = std::min(way, way_to_ends(minima.of_surface[k], at));
+    return way;
+  }
+
+  /// Return whether a piece begins where another ends.
+  bool follows(const Candidate& c, const Candidate& before) const
+  {
+    const int pieces = static_cast<int>(profile_.pieces().size());
+    const auto place = [pieces](const Candidate& of) { return pieces * of.offset + of.patch / 2; };
+    return detail::wrapped(place(c) - place(before) - 1, pieces * profile_.sectors()) == 0;
+  }
+
+  /// Distance that a point can move before its foot reaches an end of the piece, or leaves the edge
+  /// for a piece [m].
+  static double way_to_ends(const Minimum& minimum, Local at)
+  {
+    const Candidate& c = *minimum.candidate;
+    const Local gap = at - c.begin;
+    if (minimum.at_edge) return std::min(-dot(gap, c.tangent), dot(gap, c.before));
+    if (c.arc_radius == 0.0) {
+      const double along = dot(gap, c.tangent);
+      return std::min(along, c.length - along);
+    }
+    if (c.begin.radial == c.end.radial && c.begin.tangential == c.end.tangential)
+      return INFINITY;  // a circle
+    const Local arm = at - c.centre;
+    const auto way = [&](Local end) {
+      const Local ray = (1.0 / std::abs(c.arc_radius)) * (end - c.centre);
+      return dot(arm, ray) > 0.0 ? std::abs(cross(arm, ray)) : length(arm);
+    };
+    return std::min(way(c.begin), way(c.end));
   }
 
   /// Distance of a point to a piece [m].

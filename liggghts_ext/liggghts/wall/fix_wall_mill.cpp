@@ -301,7 +301,7 @@ void FixWallMill::find_near()
 void FixWallMill::Near::clear()
 {
   count = 0;
-  for (auto* numbers : {&ball, &sector, &patch}) numbers->clear();
+  for (auto* numbers : {&ball, &sector, &patch, &second}) numbers->clear();
 }
 
 /// Add a ball that has not been searched.
@@ -315,6 +315,7 @@ void FixWallMill::Near::end()
 {
   sector.assign(count, -1);
   patch.assign(count, none);
+  second.assign(count, none);
   tracks.assign((count + block - 1) / block, 0);
   const int padded = (count + block - 1) / block * block;
   ball.resize(padded, count > 0 ? ball[0] : 0);
@@ -350,6 +351,7 @@ void FixWallMill::look_at(int entry, bool moved)
   if (batch_.count + slots > kernels::WallBatch::most) evaluate_batch();
   if (!moved) {
     add_contact(i, near_.patch[entry]);
+    if (near_.second[entry] != none) add_contact(i, near_.second[entry]);
     return;
   }
   const double radius = *task_.balls.radius[i];
@@ -357,7 +359,7 @@ void FixWallMill::look_at(int entry, bool moved)
   const liner::Point centre{dot(arm, task_.frame.x), dot(arm, task_.frame.z)};
   const double along = dot(arm, task_.frame.axis);
   liner::Found found = finder_->find(centre, radius, near_.sector[entry]);
-  int patch[slots], count = found.count;
+  int patch[slots] = {none}, count = found.count;
   std::copy(found.patch.begin(), found.patch.begin() + count, patch);
   double clear = found.clear;
   if (ends_) {
@@ -370,15 +372,16 @@ void FixWallMill::look_at(int entry, bool moved)
     touch(ends_->lower_overlap(along, radius), 0);
     touch(ends_->upper_overlap(along, radius), 1);
   }
-  if (count > 1) clear = 0.0;
+  if (count > 2) clear = 0.0;
   near_.x[entry] = centre.x;
   near_.z[entry] = centre.z;
   near_.along[entry] = along;
   near_.clear2[entry] = clear * clear;
-  near_.patch[entry] = count == 1 ? patch[0] : none;
+  near_.patch[entry] = patch[0];
+  near_.second[entry] = count == 2 ? patch[1] : none;
   const std::uint64_t bit = std::uint64_t{1} << entry % block;
   std::uint64_t& tracks = near_.tracks[entry / block];
-  tracks = count == 1 ? tracks | bit : tracks & ~bit;
+  tracks = count > 0 ? tracks | bit : tracks & ~bit;
   for (int c = 0; c < count; ++c) add_contact(i, patch[c]);
   if (count == 0 && touching_[i] != 0) store_history(i, 0, 0);
 }

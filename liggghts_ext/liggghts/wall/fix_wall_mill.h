@@ -65,7 +65,7 @@ class FixWallMill : public FixPerBallRows {
   struct Near {
     std::vector<int> ball;
     std::vector<int> sector;            ///< of the last search
-    std::vector<int> patch;             ///< the only one that the ball may touch, or none
+    std::vector<int> patch, second;     ///< the only ones that the ball may touch, or none
     std::vector<double> x, z, along;    ///< centre at the last search, in the wall's directions [m]
     std::vector<double> clear2;         ///< square of the distance that the centre can move before
                                         ///< it may touch another patch [m^2]
