@@ -29,13 +29,14 @@ const std::array<Implementation, 3>& implementations()
 {
   static const std::array<Implementation, 3> all{{
       {"x86-64-v2", "one contact at a time", "SSE3, SSSE3, SSE4.1, SSE4.2, POPCNT", supports_v2,
-       v2::evaluate, nullptr, nullptr, nullptr, nullptr, v2::list_partners, &v2::wall},
+       v2::evaluate, nullptr, nullptr, nullptr, nullptr, neighbor::v2::list_partners, &v2::wall},
       {"x86-64-v3", "four contacts at a time, eight in mixed precision, with 32-byte registers",
        "AVX2, FMA, BMI1, BMI2, F16C, LZCNT, MOVBE", supports_v3, v3::evaluate, v3::evaluate_mixed,
-       v3::evaluate_rows, v3::evaluate_rows_mixed, v3::advance, v3::list_partners, &v3::wall},
+       v3::evaluate_rows, v3::evaluate_rows_mixed, v3::advance, neighbor::v3::list_partners,
+       &v3::wall},
       {"x86-64-v4", "as x86-64-v3, with twice the registers and masks", "AVX-512 F, BW, CD, DQ, VL",
        supports_v4, v4::evaluate, v4::evaluate_mixed, v4::evaluate_rows, v4::evaluate_rows_mixed,
-       v4::advance, v4::list_partners, &v4::wall},
+       v4::advance, neighbor::v4::list_partners, &v4::wall},
   }};
   return all;
 }

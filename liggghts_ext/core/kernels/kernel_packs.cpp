@@ -134,23 +134,6 @@ void add_forces(const Task& task)
 
 }  // namespace
 
-int* list_partners(const neighbor::Candidates& candidates, neighbor::Centre centre, int* out)
-{
-  for (int k = 0; k < candidates.count; k += width) {
-    const Pack x = Pack(centre.x) - four(candidates.x + k),
-               y = Pack(centre.y) - four(candidates.y + k);
-    const Pack z = Pack(centre.z) - four(candidates.z + k);
-    const Pack radii = Pack(centre.radius) + four(candidates.radius + k);
-    const int near = bits(radii * radii > x * x + y * y + z * z);
-    const Ints index = load<Ints>(candidates.index + k);
-    const int left = candidates.count - k, own = left < width ? (1 << left) - 1 : 15;
-    const int listed = near & own;
-    store(out, __builtin_shuffle(index, chosen[listed].order));
-    out += __builtin_popcount(listed);
-  }
-  return out;
-}
-
 void evaluate_rows(const Task& task)
 {
   evaluate_list<Pack, width>(

@@ -124,17 +124,6 @@ void evaluate(const Task& task)
   evaluate_all(task, NoBudget{});
 }
 
-int* list_partners(const neighbor::Candidates& candidates, neighbor::Centre centre, int* out)
-{
-  for (int k = 0; k < candidates.count; ++k) {
-    const double x = centre.x - candidates.x[k], y = centre.y - candidates.y[k],
-                 z = centre.z - candidates.z[k], radii = centre.radius + candidates.radius[k];
-    *out = candidates.index[k];  // kept only if it counts: no branch to mispredict
-    out += x * x + y * y + z * z < radii * radii;
-  }
-  return out;
-}
-
 }  // namespace millscale::kernels::v2
 
 namespace millscale::kernels {

@@ -8,7 +8,6 @@ namespace millscale::kernels {
 namespace v2 {
 extern const WallKernels wall;
 void evaluate(const Task&);
-int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v2
 namespace v3 {
 extern const WallKernels wall;
@@ -17,7 +16,6 @@ void evaluate(const Task&);
 void evaluate_mixed(const Task&);
 void evaluate_rows(const Task&);
 void evaluate_rows_mixed(const Task&);
-int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v3
 namespace v4 {
 extern const WallKernels wall;
@@ -26,7 +24,6 @@ void evaluate(const Task&);
 void evaluate_mixed(const Task&);
 void evaluate_rows(const Task&);
 void evaluate_rows_mixed(const Task&);
-int* list_partners(const neighbor::Candidates&, neighbor::Centre, int* out);
 }  // namespace v4
 
 }  // namespace millscale::kernels

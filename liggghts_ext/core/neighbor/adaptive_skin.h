@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/math/vector.h"
-#include "core/neighbor/pair_list.h"
+#include "core/neighbor/speed_map.h"
 
 namespace millscale::neighbor {
 
@@ -32,14 +32,15 @@ class AdaptiveSkin {
   }
 
   /// Set each local particle's skin to the distance that the fastest particle in the 27 nearby
-  /// cells covers in `time` [s], at most `most` [m]. A particle at rest covers it when it is hit.
-  /// The grid is sorted with these particles. Owners send ghost skins.
-  void set_by_speed(const Particles& particles, CellGrid& grid, const TurningFrame& frame,
-                    double most, double time)
+  /// cells of the map covers in `time` [s], at most `most` [m]. A particle at rest covers it when
+  /// it is hit. Owners send ghost skins.
+  void set_by_speed(const Particles& particles, const TurningFrame& frame, double most, double time)
   {
     frame_ = frame;
     by_speed_ = true;
     speed_.resize(particles.total());
+    Bounds bounds;
+    double largest = 0.0;
     for (int i = 0; i < particles.total(); ++i) {
       const Vector direction = cross(frame.axis, from_origin(particles.position[i]));
       double square = 0.0;
@@ -47,13 +48,15 @@ class AdaptiveSkin {
         const double relative = particles.velocity[i][d] - frame.rate * direction[d];
         square += relative * relative;
       }
-      speed_[i] = std::sqrt(square);
+      speed_[i] = static_cast<float>(std::sqrt(square));
+      largest = std::max(largest, particles.radius[i]);
+      bounds.add(particles.position[i]);
     }
-    grid.largest_around(speed_);
+    map_.make(particles, Bounds(bounds), (1.0 + 1e-6) * 2.0 * (largest + most), speed_);
     skin_.resize(particles.total());
     start_.resize(particles.nlocal);
     for (int i = 0; i < particles.nlocal; ++i) {
-      skin_[i] = std::min(most, min_share * particles.radius[i] + time * speed_[i]);
+      skin_[i] = std::min(most, min_share * particles.radius[i] + time * map_.around(i));
       start_[i] = from_origin(particles.position[i]);
     }
   }
@@ -107,8 +110,9 @@ class AdaptiveSkin {
 
   TurningFrame frame_;
   bool by_speed_ = false;
+  SpeedMap map_;
   std::vector<double> skin_;   ///< (total) [m]
-  std::vector<double> speed_;  ///< (total) in the frame, then the largest around [m/s]
+  std::vector<float> speed_;   ///< (total) in the frame [m/s]
   std::vector<Vector> start_;  ///< (nlocal) positions from the origin at the build [m]
 };
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <emmintrin.h>
+
+#include <algorithm>
+#include <cstring>
 #include <vector>
 
 #include "core/neighbor/pair_list.h"
@@ -29,6 +33,44 @@ inline bool restore_history(PairList& list, const Particles& particles, const in
   return only_entry;
 }
 
+namespace detail {
+
+/// Return the entry of i with j; -1 if there is none.
+inline int entry_of(const PairList& list, int i, int j)
+{
+  typedef int Ints __attribute__((vector_size(16)));
+  const int end = list.first[i] + list.partners[i];
+  for (int entry = list.first[i]; entry < end; entry += 8) {
+    Ints low, high;
+    std::memcpy(&low, &list.other[entry], sizeof low);
+    std::memcpy(&high, &list.other[entry + 4], sizeof high);
+    const unsigned same = _mm_movemask_ps(_mm_castsi128_ps(__m128i(low == j))) |
+                          _mm_movemask_ps(_mm_castsi128_ps(__m128i(high == j))) << 4;
+    if (same == 0) continue;
+    const int found = entry + __builtin_ctz(same);
+    return found < end ? found : -1;
+  }
+  return -1;
+}
+
+/// Restore the contact history of two local particles: `displacement` on i. Return true if the list
+/// has the pair without a ghost, and it overlaps. The particle whose entries are the first in the
+/// list has the pair.
+inline bool restore_local(PairList& list, const Particles& particles, int i, int j,
+                          const double* displacement)
+{
+  const bool i_first = list.first[i] <= list.first[j];
+  const int own = i_first ? i : j, other = i_first ? j : i;
+  const int entry = entry_of(list, own, other);
+  if (entry < 0 || !overlap(particles, i, j)) return false;
+  const double sign = i_first ? 1.0 : -1.0;
+  list.touching[entry] = 1;
+  for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * displacement[d];
+  return true;
+}
+
+}  // namespace detail
+
 /// Transfer the contact histories from the old list to the new one, whose particles may be numbered
 /// differently. Either particle may own the pair in the new list; both own an entry once one of
 /// them has left through a periodic boundary of the same rank. new_index: index in the new list of
@@ -37,14 +79,25 @@ inline void transfer_history(const PairList& old, const Tags& old_tags,
                              const std::vector<int>& new_index, PairList& list,
                              const Particles& particles, const int* tags)
 {
-  for (int entry = 0; entry < old.entries; ++entry) {
-    if (!old.touching[entry]) continue;
-    const int a = old.own[entry], b = old.other[entry];
-    const int i = new_index[a], j = b < old.nlocal() ? new_index[b] : absent;
-    const double* displacement = &old.displacement[3 * static_cast<std::size_t>(entry)];
-    if (i != absent && restore_history(list, particles, tags, i, old_tags[b], displacement, 1.0))
-      continue;
-    if (j != absent) restore_history(list, particles, tags, j, old_tags[a], displacement, -1.0);
+  constexpr int block = 256;
+  int touching[block + 1];
+  for (int first = 0; first < old.entries; first += block) {
+    int count = 0;
+    for (int entry = first; entry < std::min(first + block, old.entries); ++entry) {
+      touching[count] = entry;
+      count += old.touching[entry];
+    }
+    for (int k = 0; k < count; ++k) {
+      const int entry = touching[k];
+      const int a = old.own[entry], b = old.other[entry];
+      const int i = new_index[a], j = b < old.nlocal() ? new_index[b] : absent;
+      const double* displacement = &old.displacement[3 * static_cast<std::size_t>(entry)];
+      if (i != absent && j != absent && detail::restore_local(list, particles, i, j, displacement))
+        continue;
+      if (i != absent && restore_history(list, particles, tags, i, old_tags[b], displacement, 1.0))
+        continue;
+      if (j != absent) restore_history(list, particles, tags, j, old_tags[a], displacement, -1.0);
+    }
   }
 }
 

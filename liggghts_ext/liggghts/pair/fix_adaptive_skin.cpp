@@ -30,11 +30,9 @@ void FixAdaptiveSkin::init()
   mill_fix_ = first_fix<FixMillSimilarity>(modify);
 }
 
-const double* FixAdaptiveSkin::at_build(const neighbor::Particles& particles,
-                                        neighbor::CellGrid& grid, bool by_position_only)
+const double* FixAdaptiveSkin::at_build(const neighbor::Particles& particles, bool by_position_only)
 {
   const double most = 0.5 * neighbor->skin;  // limit of the engine's ghosts and of its own check
-  grid.sort(particles, most);
   double fastest = 0.0;
   for (int i = 0; i < particles.nlocal; ++i) {
     const double* v = particles.velocity[i];
@@ -48,7 +46,7 @@ const double* FixAdaptiveSkin::at_build(const neighbor::Particles& particles,
   neighbor::TurningFrame frame;
   if (mill_fix_) frame = {mill_fix_->origin(), mill_fix_->axis(), mill_fix_->speed_now()};
   // The engine's own check requests a list when the fastest particle has moved by the largest skin.
-  skin_.set_by_speed(particles, grid, frame, most, most / std::sqrt(fastest));
+  skin_.set_by_speed(particles, frame, most, most / std::sqrt(fastest));
   build_step_ = update->ntimestep;
   comm->forward_comm_fix(this);
   return skin_.data();

@@ -22,10 +22,9 @@ class FixAdaptiveSkin : public Fix {
   int pack_comm(int, int*, double*, int, int*) override;
   void unpack_comm(int, int, double*) override;
 
-  /// Sort the particles into the grid and return the skin of each, local and ghost, for a new list
-  /// [m]. by_position_only: the list may depend on positions only.
-  const double* at_build(const millscale::neighbor::Particles&, millscale::neighbor::CellGrid&,
-                         bool by_position_only);
+  /// Return the skin of each particle, local and ghost, for a new list [m]. by_position_only: the
+  /// list may depend on positions only.
+  const double* at_build(const millscale::neighbor::Particles&, bool by_position_only);
 
   const millscale::neighbor::AdaptiveSkin& skin() const { return skin_; }
   /// Return the time since the list was built at a step [s].

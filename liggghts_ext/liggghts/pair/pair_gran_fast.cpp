@@ -309,7 +309,7 @@ void PairGranFast::build_list()
   if (std::any_of(now.type, now.type + now.total(), [&](int t) { return t != only_type_; }))
     only_type_ = 0;
   millscale::neighbor::PairList& list = history_->next_list();
-  millscale::neighbor::build(list, grid_, now, skin_->at_build(now, grid_, by_position_only()),
+  millscale::neighbor::build(list, grid_, now, skin_->at_build(now, by_position_only()),
                              kernel_->list_partners);
   rows_->single = mixed_ && !ledger_;
   rows_->store.resize(now.total(), rows_->single, true);

@@ -73,7 +73,6 @@ inline void build_within(millscale::neighbor::PairList& list, millscale::neighbo
                          const Cloud& cloud, double gap,
                          millscale::neighbor::ListPartners list_partners)
 {
-  grid.sort(cloud.view(), gap / 2);
   const std::vector<double> skin(cloud.all(), gap / 2);
   millscale::neighbor::build(list, grid, cloud.view(), skin.data(), list_partners);
 }

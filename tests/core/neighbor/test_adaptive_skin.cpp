@@ -3,6 +3,7 @@
 #include "core/neighbor/adaptive_skin.h"
 #include "core/neighbor/cloud.h"
 #include "core/neighbor/list_check.h"
+#include "core/neighbor/pair_list.h"
 
 namespace {
 
@@ -43,10 +44,8 @@ void turn(Cloud& cloud, const TurningFrame& frame, double time)
 
 AdaptiveSkin skin_of(const Cloud& cloud, const TurningFrame& frame, double time)
 {
-  CellGrid grid;
-  grid.sort(cloud.view(), most);
   AdaptiveSkin skin;
-  skin.set_by_speed(cloud.view(), grid, frame, most, time);
+  skin.set_by_speed(cloud.view(), frame, most, time);
   return skin;
 }
 
@@ -167,9 +166,8 @@ TEST(AdaptiveSkin, GivesAListThatMissesNoContactUntilItIsExceeded)
     for (int i = 0; i < cloud.all(); i += 9)
       for (int d = 0; d < 3; ++d) cloud.velocity[i][d] += 2.0 * normal(random);
     CellGrid grid;
-    grid.sort(cloud.view(), most);
     AdaptiveSkin skin;
-    skin.set_by_speed(cloud.view(), grid, frame, most, 2e-3);
+    skin.set_by_speed(cloud.view(), frame, most, 2e-3);
     PairList list;
     build(list, grid, cloud.view(), skin.data(), best_implementation().list_partners);
     for (int i = 0; i < cloud.all(); ++i) {
@@ -199,7 +197,6 @@ TEST(AdaptiveSkin, KeepAListShortWhereBallsDoNotGoFar)
   PairList all, needed;
   build_within(all, cloud, 2.0 * most, best_implementation().list_partners);
   CellGrid grid;
-  grid.sort(cloud.view(), most);
   const AdaptiveSkin skin = skin_of(cloud, frame, 2e-3);
   build(needed, grid, cloud.view(), skin.data(), best_implementation().list_partners);
   EXPECT_LT(needed.entries, 0.6 * all.entries);

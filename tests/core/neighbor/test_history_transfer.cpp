@@ -115,18 +115,25 @@ TEST(HistoryTransfer, HistoriesFollowTheirBallsWhateverTheirOrder)
   const Known known = known_of(old);
   std::vector<int> order = shuffled(220, 23), ghosts = shuffled(80, 24);
   for (const int ghost : ghosts) order.push_back(220 + ghost);
-  Rank rank = reordered(old, order, 220);
-  transfer_history(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(),
-                   rank.tag.data());
-  EXPECT_GT(expect_known(rank, known), 400);
-  int turned = 0;  // pair moved to the other ball: the sign is tested
-  rank.for_entries([&](int, int i, int j) {
-    const int a = order[i], b = order[j];
-    if (b >= old.cloud.nlocal()) return;
-    const int* begin = &old.list.other[old.list.first[a]];
-    turned += std::find(begin, begin + old.list.partners[a], b) == begin + old.list.partners[a];
-  });
-  EXPECT_GT(turned, 50);
+  for (const bool mirrored : {false, true}) {
+    Rank rank = reordered(old, order, 220);
+    for (auto& x : rank.cloud.position)
+      if (mirrored) x = {-x[0], -x[1], -x[2]};
+    rank.make_list();
+    transfer_history(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(),
+                     rank.tag.data());
+    EXPECT_GT(expect_known(rank, known), 400);
+    int turned = 0, kept = 0;  // pairs of the other ball, and of the same: both signs are tested
+    rank.for_entries([&](int, int i, int j) {
+      const int a = order[i], b = order[j];
+      if (b >= old.cloud.nlocal()) return;
+      const int* begin = &old.list.other[old.list.first[a]];
+      const int* end = begin + old.list.partners[a];
+      ++(std::find(begin, end, b) == end ? turned : kept);
+    });
+    EXPECT_GT(mirrored ? turned : kept, 200);
+    EXPECT_GT(mirrored ? kept : turned, 20);
+  }
 }
 
 TEST(HistoryTransfer, ABallThatHasLeftIsAGhostOfItsContacts)
