@@ -192,10 +192,11 @@ inline int overlapping(const Task& task, int entry)
   return bits(gap.values < Pack::Values{});
 }
 
-inline void reset_history(const Task& task, int entry, int separated)
+/// Clear the history of contacts that begin. That of pairs not in contact is never read.
+inline void begin_history(const Task& task, int entry, int begun)
 {
   for (int lane = 0; lane < width; ++lane)
-    if (separated >> lane & 1)
+    if (begun >> lane & 1)
       for (int d = 0; d < 3; ++d) task.pairs.displacement[3 * (entry + lane) + d] = 0.0;
 }
 
@@ -207,16 +208,11 @@ inline void find(const Task& task, int entry, int count, Found& found)
     __builtin_prefetch(task.rows->position + task.pairs.other[entry + ahead + k]);
   const int all = overlapping(task, entry);
   const int now = count < width ? all & ((1 << count) - 1) : all;
-  const Ints flags = chosen[now].flag;
-  Ints kept = flags;
   const Ints before = load<Ints>(task.pairs.touching + entry);
-  const int separated = bits(before) & ~now;
-  if (separated != 0) {
-    if (task.step.reset_on_separation)
-      reset_history(task, entry, separated);
-    else
-      kept |= before;
-  }
+  Ints kept = chosen[now].flag;
+  if (!task.step.reset_on_separation) kept |= before;
+  const int begun = now & ~bits(before);
+  if (begun != 0) begin_history(task, entry, begun);
   store(task.pairs.touching + entry, kept);
   store(found.entry + found.count, entry + chosen[now].order);
   found.count += __builtin_popcount(now);

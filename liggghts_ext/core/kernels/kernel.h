@@ -16,7 +16,8 @@ class PairSums;
 
 namespace millscale::kernels {
 
-/// The pairs to evaluate: the arrays of a `neighbor::PairList`.
+/// The pairs to evaluate: the arrays of a `neighbor::PairList`. The displacement of a pair that is
+/// not in contact may be anything; a contact begins with none.
 struct Pairs {
   int entries;
   const int *own, *other;

@@ -102,16 +102,15 @@ void evaluate_all(const Task& task, BudgetOrNone budget)
         vector3(task.particles.position[i]) - vector3(task.particles.position[j]);
     const double radii = task.particles.radius[i] + task.particles.radius[j];
     double* displacement = task.pairs.displacement + 3 * static_cast<std::size_t>(entry);
+    int& touching = task.pairs.touching[entry];
     if (dot(separation, separation) < radii * radii) {
-      task.pairs.touching[entry] = 1;
+      if (!touching) displacement[0] = displacement[1] = displacement[2] = 0.0;
+      touching = 1;
       evaluate_contact(task, entry, displacement, budget);
       continue;
     }
     budget.separated(entry);
-    if (task.pairs.touching[entry] && task.step.reset_on_separation) {
-      task.pairs.touching[entry] = 0;
-      displacement[0] = displacement[1] = displacement[2] = 0.0;
-    }
+    if (task.step.reset_on_separation) touching = 0;
   }
   for (int i = 0; task.terms.limited_damping && task.step.advance && i < task.particles.nlocal; ++i)
     task.sums.damping[i] = task.rows->force[i].damping;

@@ -19,7 +19,8 @@ struct PairList {
   std::vector<int> first, partners;
   std::vector<int> own, other;       ///< i and j
   std::vector<int> touching;         ///< 1 while the pair is in contact
-  std::vector<double> displacement;  ///< tangential displacement on i, three per entry [m]
+  std::vector<double> displacement;  ///< tangential displacement on i, three per entry, of pairs in
+                                     ///< contact [m]; anything else of others
 
   int nlocal() const { return static_cast<int>(first.size()); }
 
@@ -29,6 +30,7 @@ struct PairList {
     if (other.size() >= count) return;
     own.resize(count + count / 4);
     other.resize(count + count / 4);
+    displacement.resize(3 * other.size());
   }
 };
 
@@ -54,9 +56,7 @@ inline void build(PairList& list, CellGrid& grid, const Particles& particles, co
   list.entries = count;
   list.reserve(count + spare_entries);
   for (auto* ball : {&list.own, &list.other}) std::fill_n(ball->data() + count, spare_entries, 0);
-  const std::size_t room = count + spare_entries;
-  list.touching.assign(room, 0);
-  list.displacement.assign(3 * room, 0.0);
+  list.touching.assign(count + spare_entries, 0);
 }
 
 }  // namespace millscale::neighbor
