@@ -52,7 +52,7 @@ class AdaptiveSkin {
       largest = std::max(largest, particles.radius[i]);
       bounds.add(particles.position[i]);
     }
-    map_.make(particles, Bounds(bounds), (1.0 + 1e-6) * 2.0 * (largest + most), speed_);
+    map_.make(particles, bounds, (1.0 + 1e-6) * 2.0 * (largest + most), speed_);
     skin_.resize(particles.total());
     start_.resize(particles.nlocal);
     for (int i = 0; i < particles.nlocal; ++i) {

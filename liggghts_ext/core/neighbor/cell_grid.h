@@ -24,10 +24,10 @@ struct Bounds {
   }
 };
 
-/// Particles sorted by size class, and by cell within a class. Size is the reach, radius plus skin;
-/// the smallest of a class is half of its largest. A class has cells as large as its particles
-/// need, so that few of them look at many. In a class, layers along z hold rows along y, and rows
-/// hold slices along x: the candidates of a particle in a row are contiguous.
+/// Particles sorted by size class, and by cell within a class. Size is the reach, radius plus skin.
+/// A class has cells as large as its particles need: small particles among large ones have few
+/// candidates. Layers along z hold rows along y, and rows hold slices along x, so the candidates of
+/// a particle in a row are contiguous.
 class CellGrid {
  public:
   /// Sort the particles. skin: of each particle [m].
@@ -47,7 +47,9 @@ class CellGrid {
     for (auto* numbers : {&x_, &y_, &z_, &reach_}) numbers->resize(total + Candidates::spare);
     index_.resize(total + Candidates::spare);
     place(particles, skin, 0, nlocal_, start_);
-    if (particles.nghost > 0) place(particles, skin, nlocal_, total, ghost_start_);
+    if (particles.nghost == 0) return;
+    place(particles, skin, nlocal_, total, ghost_start_);
+    for (SizeClass& size : classes_) count_ghosts(size);
   }
 
   /// Call visit(index, centre, candidates) for each local particle. Of two particles of a class,
@@ -65,6 +67,9 @@ class CellGrid {
   }
 
  private:
+  /// Largest over smallest reach of a class. A ratio of 2 doubles the cost of radii that are spread
+  /// evenly from 1 to 10.
+  static constexpr double class_ratio = 4.0;
   /// Slices of a cell along x. Its edges along y and z hold the largest reach of two particles.
   static constexpr int slices = 2;
   /// Rounding must not place a pair at the very reach outside of the cells that are searched.
@@ -74,8 +79,9 @@ class CellGrid {
     double reach;  ///< the largest of its particles [m]
     double low[3], inverse[3], last[3];
     int cells[3];
-    int first;  ///< cell
-    int local;  ///< particles
+    int first;                        ///< cell
+    int local;                        ///< particles
+    std::vector<int> ghosts_below{};  ///< ghosts in rows of a smaller y than each
 
     /// Return the cell along one direction; 0 for a NaN.
     int at(int d, double x) const
@@ -84,7 +90,6 @@ class CellGrid {
     }
     int row(int y, int z) const { return first + cells[0] * (y + cells[1] * z); }
     int cell(const double* x) const { return row(at(1, x[1]), at(2, x[2])) + at(0, x[0]); }
-    int end() const { return row(0, cells[2]); }
     /// Return how many rows a particle of another reach searches.
     double rows_near(double other) const
     {
@@ -111,8 +116,8 @@ class CellGrid {
     }
     classes_.clear();
     cells_ = 0;
-    if (most < 2.0 * least || particles.total() == 0)
-      add_class(Bounds(bounds), most, particles.nlocal, particles.total());
+    if (most < class_ratio * least || particles.total() == 0)
+      add_class(bounds, most, particles.nlocal, particles.total());
     else
       lay_out_classes(particles, skin, most);
   }
@@ -125,13 +130,15 @@ class CellGrid {
       int local = 0, total = 0;
       int number;
     };
-    constexpr int most_classes = 12;  // the last holds all that are smaller
+    constexpr int most_classes = 6;  // the last holds all that are smaller
     Content content[most_classes];
     class_of_.resize(particles.total());
     for (int i = 0; i < particles.total(); ++i) {
       const double reach = particles.radius[i] + skin[i];
       int c = 0;
-      for (double half = 0.5 * most; reach <= half && c + 1 < most_classes; half *= 0.5) ++c;
+      for (double limit = most / class_ratio; reach <= limit && c + 1 < most_classes;
+           limit /= class_ratio)
+        ++c;
       class_of_[i] = static_cast<signed char>(c);
       content[c].bounds.add(particles.position[i]);
       content[c].reach = std::max(content[c].reach, reach);
@@ -145,7 +152,7 @@ class CellGrid {
     for (signed char& c : class_of_) c = static_cast<signed char>(content[c].number);
   }
 
-  void add_class(const Bounds& bounds, double reach, int local, int total)
+  void add_class(Bounds bounds, double reach, int local, int total)
   {
     SizeClass size{};
     size.reach = reach;
@@ -187,6 +194,17 @@ class CellGrid {
     }
   }
 
+  void count_ghosts(SizeClass& size)
+  {
+    size.ghosts_below.assign(size.cells[1] + 1, 0);
+    for (int y = 0; y < size.cells[1]; ++y) {
+      int ghosts = size.ghosts_below[y];
+      for (int z = 0; z < size.cells[2]; ++z)
+        ghosts += ghost_start_[size.row(y, z) + size.cells[0]] - ghost_start_[size.row(y, z)];
+      size.ghosts_below[y + 1] = ghosts;
+    }
+  }
+
   /// Find what else the particles of a class search: of two classes, that with fewer rows to search
   /// in all searches the other.
   void find_searched(std::size_t c)
@@ -217,27 +235,24 @@ class CellGrid {
   {
     if (!occupied(size, start_, y, z)) return;
     const int row = size.row(y, z);
-    struct Row {
-      const int* start;
-    };
-    Row rows[13];
+    constexpr int most_rows = 4 + 9;
+    const int* rows[most_rows];  // first particles of their cells
     int count = 0;
     for (const auto& [dy, dz] : {std::pair{1, 0}, {-1, 1}, {0, 1}, {1, 1}})
-      if (occupied(size, start_, y + dy, z + dz))
-        rows[count++].start = &start_[size.row(y + dy, z + dz)];
+      if (occupied(size, start_, y + dy, z + dz)) rows[count++] = &start_[size.row(y + dy, z + dz)];
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
         if (occupied(size, ghost_start_, y + dy, z + dz))
-          rows[count++].start = &ghost_start_[size.row(y + dy, z + dz)];
+          rows[count++] = &ghost_start_[size.row(y + dy, z + dz)];
     for (int at = start_[row]; at < start_[row + size.cells[0]]; ++at) {
       const Centre centre{x_[at], y_[at], z_[at], reach_[at]};
       const double width = allowance * (centre.reach + size.reach);
       const int low = size.at(0, centre.x - width), high = size.at(0, centre.x + width) + 1;
-      if (spans_.size() < 14) spans_.resize(14);
+      if (spans_.size() < 1 + most_rows) spans_.resize(1 + most_rows);
       spans_[0] = {at + 1, start_[row + high]};
       int most = Candidates::spare + spans_[0].end - spans_[0].first;
       for (int k = 0; k < count; ++k) {
-        const Span span{rows[k].start[low], rows[k].start[high]};
+        const Span span{rows[k][low], rows[k][high]};
         spans_[1 + k] = span;
         most += span.end - span.first;
       }
@@ -249,32 +264,32 @@ class CellGrid {
     }
   }
 
-  /// Return the number of candidates.
+  /// Add the spans of another class that a particle searches. Return the number of candidates.
   int add_spans(const Searched& other, const Centre& centre, int& spans)
   {
     const SizeClass& size = *other.size;
     const double width = allowance * (centre.reach + size.reach);
-    const double x[3] = {centre.x, centre.y, centre.z};
-    int low[3], high[3];
-    for (int d = 0; d < 3; ++d) {
-      low[d] = size.at(d, x[d] - width);
-      high[d] = size.at(d, x[d] + width);
-    }
-    const std::size_t most = spans + 2 * static_cast<std::size_t>(high[1] - low[1] + 1) *
-                                         static_cast<std::size_t>(high[2] - low[2] + 1);
+    const int first = size.at(1, centre.y - width), last = size.at(1, centre.y + width);
+    const bool ghosts =
+        !ghost_start_.empty() && size.ghosts_below[first] < size.ghosts_below[last + 1];
+    if (!other.local && !ghosts) return 0;
+    const int low = size.at(0, centre.x - width), high = size.at(0, centre.x + width) + 1;
+    const int bottom = size.at(2, centre.z - width), top = size.at(2, centre.z + width);
+    const std::size_t most = spans + 2 * static_cast<std::size_t>(last - first + 1) *
+                                         static_cast<std::size_t>(top - bottom + 1);
     if (spans_.size() < most) spans_.resize(2 * most);
     int candidates = 0;
-    for (int z = low[2]; z <= high[2]; ++z)
-      for (int y = low[1]; y <= high[1]; ++y) {
+    for (int z = bottom; z <= top; ++z)
+      for (int y = first; y <= last; ++y) {
         const int row = size.row(y, z);
         const auto add = [&](const std::vector<int>& start) {
-          const Span span{start[row + low[0]], start[row + high[0] + 1]};
+          const Span span{start[row + low], start[row + high]};
           if (span.first == span.end) return;
           spans_[spans++] = span;
           candidates += span.end - span.first;
         };
         if (other.local) add(start_);
-        if (!ghost_start_.empty()) add(ghost_start_);
+        if (ghosts) add(ghost_start_);
       }
     return candidates;
   }

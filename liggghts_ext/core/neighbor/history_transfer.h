@@ -54,19 +54,22 @@ inline int entry_of(const PairList& list, int i, int j)
 }
 
 /// Restore the contact history of two local particles: `displacement` on i. Return true if the list
-/// has the pair without a ghost, and it overlaps. The particle whose entries are the first in the
-/// list has the pair.
+/// has the pair without a ghost, and it overlaps. The pair is most often listed under the particle
+/// whose entries come first.
 inline bool restore_local(PairList& list, const Particles& particles, int i, int j,
                           const double* displacement)
 {
   const bool i_first = list.first[i] <= list.first[j];
-  const int own = i_first ? i : j, other = i_first ? j : i;
-  const int entry = entry_of(list, own, other);
-  if (entry < 0 || !overlap(particles, i, j)) return false;
-  const double sign = i_first ? 1.0 : -1.0;
-  list.touching[entry] = 1;
-  for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * displacement[d];
-  return true;
+  for (const bool under_i : {i_first, !i_first}) {
+    const int entry = under_i ? entry_of(list, i, j) : entry_of(list, j, i);
+    if (entry < 0) continue;
+    if (!overlap(particles, i, j)) return false;
+    const double sign = under_i ? 1.0 : -1.0;
+    list.touching[entry] = 1;
+    for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * displacement[d];
+    return true;
+  }
+  return false;
 }
 
 }  // namespace detail
@@ -80,7 +83,7 @@ inline void transfer_history(const PairList& old, const Tags& old_tags,
                              const Particles& particles, const int* tags)
 {
   constexpr int block = 256;
-  int touching[block + 1];
+  int touching[block];  // entries
   for (int first = 0; first < old.entries; first += block) {
     int count = 0;
     for (int entry = first; entry < std::min(first + block, old.entries); ++entry) {

@@ -32,7 +32,7 @@ struct Search {
   {
   }
 
-  /// Write the partners among the first `count` candidates from k on; return the end.
+  /// Write the partners among the first `count` candidates from k on, if any; return the end.
   int* operator()(const Candidates& of, int k, int count, int* out) const
   {
     const __m512d dx = x - _mm512_loadu_pd(of.x + k), dy = y - _mm512_loadu_pd(of.y + k);
@@ -76,7 +76,7 @@ struct Search {
   {
   }
 
-  /// Write the partners among the first `count` candidates from k on; return the end.
+  /// Write the partners among the first `count` candidates from k on, if any; return the end.
   int* operator()(const Candidates& of, int k, int count, int* out) const
   {
     const __m256d dx = x - _mm256_loadu_pd(of.x + k), dy = y - _mm256_loadu_pd(of.y + k);
@@ -102,8 +102,9 @@ struct Search {
 
   explicit Search(Centre c) : centre(c) {}
 
-  int* operator()(const Candidates& of, int k, int, int* out) const
+  int* operator()(const Candidates& of, int k, int count, int* out) const
   {
+    if (count <= 0) return out;
     const double x = centre.x - of.x[k], y = centre.y - of.y[k], z = centre.z - of.z[k];
     const double both = centre.reach + of.reach[k];
     *out = of.index[k];  // kept only if it counts: no branch to mispredict
@@ -120,10 +121,11 @@ int* list_partners(const Candidates& candidates, Centre centre, int* out)
   const Search search(centre);
   for (int s = 0; s < candidates.count; ++s) {
     const Span span = candidates.spans[s];
-    // Most spans hold fewer than 16: with one turn for all of them no branch is mispredicted.
-    for (int k = span.first; k < span.end;)
+    int k = span.first;
+    do {  // most spans hold 0 to 16: with the same turn for all of them no branch is mispredicted
       for (int part = 0; part < Search::together; part += Search::width, k += Search::width)
         out = search(candidates, k, span.end - k, out);
+    } while (k < span.end);
   }
   return out;
 }

@@ -15,8 +15,7 @@ class SpeedMap {
  public:
   /// Make the map of particles within these bounds, in cells of this edge [m] or wider. speed: of
   /// each particle [m/s].
-  void make(const Particles& particles, const Bounds& bounds, double edge,
-            const std::vector<float>& speed)
+  void make(const Particles& particles, Bounds bounds, double edge, const std::vector<float>& speed)
   {
     lay_out(bounds, particles.total(), edge);
     cell_of_.resize(particles.total());
