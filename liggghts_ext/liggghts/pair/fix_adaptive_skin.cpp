@@ -26,7 +26,8 @@ int FixAdaptiveSkin::setmask()
 
 void FixAdaptiveSkin::init()
 {
-  skin_ = {};  // uniform, in case another pair style makes the lists from now on
+  if (!in_use_) skin_ = {};  // another pair style makes the lists from now on
+  in_use_ = false;
   mill_fix_ = first_fix<FixMillSimilarity>(modify);
 }
 

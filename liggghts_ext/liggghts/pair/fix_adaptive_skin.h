@@ -22,6 +22,10 @@ class FixAdaptiveSkin : public Fix {
   int pack_comm(int, int*, double*, int, int*) override;
   void unpack_comm(int, int, double*) override;
 
+  /// State, before `init`, that the pair style is in use. The skins then last as long as the list,
+  /// which a run without set-up goes on with.
+  void use() { in_use_ = true; }
+
   /// Return the skin of each particle, local and ghost, for a new list [m]. by_position_only: the
   /// list may depend on positions only.
   const double* at_build(const millscale::neighbor::Particles&, bool by_position_only);
@@ -34,6 +38,7 @@ class FixAdaptiveSkin : public Fix {
   const FixMillSimilarity* mill_fix_ = nullptr;
   millscale::neighbor::AdaptiveSkin skin_;
   bigint build_step_ = 0;
+  bool in_use_ = false;
 };
 
 }  // namespace LAMMPS_NS

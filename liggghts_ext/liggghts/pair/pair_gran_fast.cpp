@@ -155,6 +155,7 @@ void PairGranFast::init_granular()
   require_covered();
   damping_ = terms_.limited_damping ? own_fix<FixContactDamping>("contact_damping") : nullptr;
   skin_ = own_fix<FixAdaptiveSkin>("pair_margins");
+  skin_->use();
   rows_ = own_fix<FixBallRows>("pair_rows");
   rows_->pair = this;
   ledger_ = first_fix<FixMillLedger>(modify);
