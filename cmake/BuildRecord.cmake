@@ -2,7 +2,12 @@
 find_package(Git QUIET)
 set(record_commit "null")
 set(record_modified "null")
-if(GIT_FOUND)
+# `git archive` replaces this by the commit.
+set(archived "$Format:%H$")
+if(archived MATCHES "^[0-9a-f]+$")
+  set(record_commit "\"${archived}\"")
+  set(record_modified "false")
+elseif(GIT_FOUND)
   execute_process(COMMAND "${GIT_EXECUTABLE}" rev-parse HEAD
     WORKING_DIRECTORY "${PROJECT_SOURCE_DIR}" OUTPUT_VARIABLE commit ERROR_QUIET
     OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)
