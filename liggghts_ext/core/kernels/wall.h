@@ -54,7 +54,8 @@ struct WallFrame {
 };
 
 /// Balls that may touch the wall before the next neighbour list, and when they are searched for
-/// contacts again. Arrays of balls; those of numbers reach `most_lanes` beyond the last ball.
+/// contacts again. The arrays reach beyond the last ball, to a multiple of any pack; the numbers of
+/// balls there are valid.
 struct NearBalls {
   const int* ball;
   const double *x, *z, *along;  ///< centre at the last search, in the wall's directions [m]
