@@ -16,6 +16,18 @@ inline double choose(bool condition, double yes, double no)
   return condition ? yes : no;
 }
 
+template <class Number>
+[[gnu::always_inline]] inline Number larger(const Number& a, const Number& b)
+{
+  return choose(a > b, a, b);
+}
+
+template <class Number>
+[[gnu::always_inline]] inline Number smaller(const Number& a, const Number& b)
+{
+  return choose(b > a, a, b);
+}
+
 /// Constants of two materials in contact, as the force needs them. a: contact radius [m].
 template <class Number>
 struct ContactLaw {
@@ -52,18 +64,20 @@ struct ContactTerms {
   bool rolling = true;           ///< constant directional torque (cdt)
 };
 
-/// Body i, a ball, in contact with body j. A wall is a body j of infinite radius and mass: `radius`
-/// and `mass` are those of the ball, `lever_j` and `spin_j` are zero.
+/// Body i, a ball, in contact with body j. A wall is a body j of infinite radius and mass, whose
+/// `lever_j` and `spin_j` are zero.
 template <class Number>
 struct Contact {
   Vector3<Number> normal;          ///< unit vector from j to i
   Number overlap;                  ///< >= 0 [m]
-  Number radius, mass;             ///< effective [m], [kg]
+  Number radius;                   ///< a, of the contact area [m]
+  Number damping_scale;            ///< sqrt(a m*) [(m kg)^1/2]
   Number lever_i, lever_j;         ///< from the centres to half the overlap [m]
   Vector3<Number> velocity;        ///< of i relative to j at the contact, without the spins [m/s]
   Vector3<Number> spin_i, spin_j;  ///< [rad/s]
   Vector3<Number> displacement;    ///< tangential displacement before the step [m]
   Number damping_share{0.0};       ///< sum of `contact::damping_share` of both bodies [-]
+  Number mass{0.0};                ///< effective mass m*, for the energy budget [kg]
 };
 
 template <class Number>
@@ -73,7 +87,7 @@ struct ContactForce {
   Vector3<Number> displacement;        ///< tangential displacement after the step [m]
   Number damping;  ///< tangential coefficient before division, 0 if the contact slips [kg/s]
 
-  // Parts, for the energy budget (contact_energy.h).
+  // Parts, for the energy budget (contact_energy.h). Packs do not evaluate them.
   Number elastic_force, normal_force;  ///< elastic part and whole of the normal force [N]
   Number tangential_stiffness;         ///< k_t at this overlap [N/m]
   Number slip;                         ///< reduction of the displacement by Coulomb's limit [m]
@@ -110,59 +124,67 @@ template <class Number>
   using std::abs;
   using std::sqrt;
   const Number zero(0.0), one(1.0);
+  const Number tiny(1e-30);  // [N^2], [rad^2/s^2]: below it, a force or torque goes to 0 linearly
   const Vector3<Number> none{zero, zero, zero};
-  const Number a = contact_radius(c.radius, c.overlap), scale = damping_scale(a, c.mass);
   const Number normal_speed = dot(c.velocity, c.normal);
-  const Number elastic_force = law.normal_stiffness * a * c.overlap;
-  const Number normal_force = elastic_force - law.normal_damping * scale * normal_speed;
-
-  // Velocity of the surfaces along each other.
-  const Vector3<Number> spin = c.lever_i * c.spin_i + c.lever_j * c.spin_j;
-  const Vector3<Number> sliding = c.velocity - normal_speed * c.normal - cross(spin, c.normal);
+  const Number elastic_force = law.normal_stiffness * c.radius * c.overlap;
+  const Number normal_force = elastic_force - law.normal_damping * c.damping_scale * normal_speed;
 
   ContactForce<Number> result;
   result.elastic_force = elastic_force;
   result.normal_force = normal_force;
+  result.displacement = c.displacement;
   result.damping = result.tangential_stiffness = result.slip = zero;
-  result.tangential_damping_force = result.rolling_torque = none;
-  Vector3<Number> displacement = c.displacement, tangential = none;
+  result.tangential_force = result.tangential_damping_force = result.rolling_torque = none;
+  if (terms.rolling) {
+    // The elastic force times the effective radius R* = a^2 / overlap.
+    const Number moment = law.rolling * law.normal_stiffness * (c.radius * c.radius * c.radius);
+    const Vector3<Number> turning = c.spin_i - c.spin_j;
+    const Number size = moment / sqrt(larger(dot(turning, turning), tiny));
+    const Vector3<Number> torque = size * turning;
+    result.rolling_torque =
+        subtract_scaled(dot(torque, c.normal) * c.normal, size, turning);  // no twisting
+  }
   if (terms.history) {
+    // Velocity of the surfaces relative to each other. Its normal part does not slide; it drops out
+    // of the displacement, and of the moment.
+    const Vector3<Number> spin = add_scaled(c.lever_i * c.spin_i, c.lever_j, c.spin_j);
+    const Vector3<Number> velocity = c.velocity - cross(spin, c.normal);
+    Vector3<Number> displacement = c.displacement;
     if (advance) {
-      displacement = displacement + Number(dt) * sliding;
-      displacement = displacement - dot(displacement, c.normal) * c.normal;
+      displacement = add_scaled(displacement, Number(dt), velocity);
+      displacement = subtract_scaled(displacement, dot(displacement, c.normal), c.normal);
     }
-    const Number stiffness = law.tangential_stiffness * a;
-    const Number spring = stiffness * sqrt(dot(displacement, displacement));
+    const Number stiffness = law.tangential_stiffness * c.radius;
+    const Number stretch2 = dot(displacement, displacement);
+    const Number spring2 = stiffness * stiffness * stretch2;
     const Number limit = law.sliding * abs(normal_force);
-    const auto slips = spring > limit;
-    const Number share = choose(slips, limit / choose(slips, spring, one), one);
-    Number dashpot =
-        terms.tangential_damping ? choose(slips, zero, law.tangential_damping * scale) : zero;
+    const auto slips = spring2 > limit * limit;
+    const Number share = smaller(one, limit / sqrt(larger(spring2, tiny)));
+    Number dashpot = terms.tangential_damping
+                         ? choose(slips, zero, law.tangential_damping * c.damping_scale)
+                         : zero;
     result.damping = dashpot;
     if (terms.limited_damping) dashpot = dashpot / (one + c.damping_share);
+
+    const Number spring = zero - stiffness * share;
+    const Vector3<Number> tangential = subtract_scaled(spring * displacement, dashpot, velocity);
+    const Number along_normal = normal_force + dashpot * normal_speed;
+    result.force = add_scaled(tangential, along_normal, c.normal);
+    const Vector3<Number> moment = cross(c.normal, tangential);
+    result.torque_i = subtract_scaled(result.rolling_torque, c.lever_i, moment);
+    result.torque_j = subtract_scaled(none - result.rolling_torque, c.lever_j, moment);
+    if (advance) result.displacement = share * displacement;
+
     result.tangential_stiffness = stiffness;
-    result.slip = choose(slips, (spring - limit) / choose(slips, stiffness, one), zero);
-    result.tangential_damping_force = (zero - dashpot) * sliding;
-    tangential = (zero - stiffness * share) * displacement - dashpot * sliding;
-    if (advance) displacement = share * displacement;
-  }
-  result.displacement = displacement;
-  result.tangential_force = tangential;
-  result.force = normal_force * c.normal + tangential;
-  const Vector3<Number> moment = cross(c.normal, tangential);
-  result.torque_i = (zero - c.lever_i) * moment;
-  result.torque_j = (zero - c.lever_j) * moment;
-  if (terms.rolling) {
-    const Vector3<Number> turning = c.spin_i - c.spin_j;
-    const Number speed = sqrt(dot(turning, turning));
-    const auto turns = speed > zero;
-    const Number size =
-        choose(turns, law.rolling * elastic_force * c.radius / choose(turns, speed, one), zero);
-    Vector3<Number> torque = size * turning;
-    torque = torque - dot(torque, c.normal) * c.normal;  // no twisting
-    result.rolling_torque = none - torque;
-    result.torque_i = result.torque_i - torque;
-    result.torque_j = result.torque_j + torque;
+    result.slip = choose(slips, (one - share) * sqrt(stretch2), zero);
+    const Vector3<Number> sliding = subtract_scaled(velocity, normal_speed, c.normal);
+    result.tangential_damping_force = none - dashpot * sliding;
+    result.tangential_force = subtract_scaled(spring * displacement, dashpot, sliding);
+  } else {
+    result.force = normal_force * c.normal;
+    result.torque_i = result.rolling_torque;
+    result.torque_j = none - result.rolling_torque;
   }
   return result;
 }
@@ -189,16 +211,18 @@ template <bool from_excess = false, class Number>
 {
   using std::sqrt;
   const Number zero(0.0), one(1.0), half(0.5);
-  const Number distance = sqrt(pair.r2), inverse = one / distance;
-  const Number radii = pair.radius_i + pair.radius_j;
+  const Number distance = sqrt(pair.r2);
+  const Number radii = pair.radius_i + pair.radius_j, masses = pair.mass_i + pair.mass_j;
   const Number gap = from_excess ? pair.excess / (radii + distance) : radii - distance;
-  const Number masses = pair.mass_i + pair.mass_j;
-  const Number inverses = one / (radii * masses);
+  const Number sums = radii * masses, inverses = one / (sums * distance);  // one division for three
+  const Number radius = pair.radius_i * pair.radius_j * (inverses * (masses * distance));
   Contact<Number> c;
+  const Number inverse = inverses * sums;
   c.normal = inverse * pair.separation;
-  c.overlap = choose(gap > zero, gap, zero);
-  c.radius = pair.radius_i * pair.radius_j * (inverses * masses);
-  c.mass = pair.mass_i * pair.mass_j * (inverses * radii);
+  c.overlap = larger(gap, zero);
+  c.mass = pair.mass_i * pair.mass_j * (inverses * (radii * distance));
+  c.radius = contact_radius(radius, c.overlap);
+  c.damping_scale = damping_scale(c.radius, c.mass);
   c.lever_i = pair.radius_i - half * c.overlap;
   c.lever_j = pair.radius_j - half * c.overlap;
   c.velocity = pair.velocity;
@@ -229,8 +253,9 @@ template <class Number>
   Contact<Number> c;
   c.normal = touch.normal;
   c.overlap = touch.overlap;
-  c.radius = touch.radius;
   c.mass = touch.mass;
+  c.radius = contact_radius(touch.radius, touch.overlap);
+  c.damping_scale = damping_scale(c.radius, c.mass);
   c.lever_i = touch.radius - half * touch.overlap;
   c.lever_j = zero;
   c.velocity = touch.velocity;

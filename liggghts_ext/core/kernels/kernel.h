@@ -79,13 +79,14 @@ struct Implementation {
   const WallKernels* wall;
 };
 
-/// Return all implementations, from the plainest to the fastest.
+/// Return all implementations, from the plainest to the widest packs.
 const std::array<Implementation, 3>& implementations();
 
 /// Return the implementation with this name that the machine supports; null if there is none.
 const Implementation* find_implementation(const std::string& name);
 
-/// Return the fastest implementation that the machine supports.
+/// Return the implementation that is fastest on this machine, as measured at the first call. The
+/// results do not depend on this choice: implementations with packs give the same bits.
 const Implementation& best_implementation();
 
 /// Evaluate in double precision, one contact at a time, and add to the energy budget.

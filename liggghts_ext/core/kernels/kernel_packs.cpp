@@ -1,134 +1,218 @@
-// Evaluates four contacts at a time in double precision. Compiled for x86-64-v3 and v4, see
-// find_contacts.h.
+// Evaluates a pack of contacts at a time. In mixed precision, which particles overlap, by how much,
+// and all sums over time are in double precision; velocities, the law and the sum of a particle's
+// forces are in single precision. Compiled for x86-64-v3 and v4, see pack.h. Both give the same
+// bits: they add the contacts to the rows in the order of the list.
+#include "core/contact/damping_limit.h"
 #include "core/kernels/find_contacts.h"
 
 namespace millscale::kernels::MILLSCALE_LEVEL {
 namespace {
 
-using Vectors = Vector3<Pack>;
-struct Columns {
-  Vectors xyz;
-  Pack fourth;
-};
+template <class Number>
+using Law = contact::ContactLaw<Number>;
 
-/// Transpose four rows: x, y, z and fourth numbers of all.
-template <class Row>
-inline Columns columns(const Row& row)
+template <class Number>
+inline Law<Number> same_law(const Law<double>& law)
 {
-  const Pack a = row(0), b = row(1), c = row(2), d = row(3);
-  const Pack low_ab = shuffled<0, 4, 2, 6>(a, b), low_cd = shuffled<0, 4, 2, 6>(c, d);
-  const Pack high_ab = shuffled<1, 5, 3, 7>(a, b), high_cd = shuffled<1, 5, 3, 7>(c, d);
-  return {{shuffled<0, 1, 4, 5>(low_ab, low_cd), shuffled<0, 1, 4, 5>(high_ab, high_cd),
-           shuffled<2, 3, 6, 7>(low_ab, low_cd)},
-          shuffled<2, 3, 6, 7>(high_ab, high_cd)};
+  return {Number(law.normal_stiffness), Number(law.tangential_stiffness),
+          Number(law.normal_damping),   Number(law.tangential_damping),
+          Number(law.sliding),          Number(law.rolling)};
 }
 
-using Law = contact::ContactLaw<Pack>;
-
-struct FourRows {
-  Pack of[width];
-};
-
-inline FourRows rows(const Vectors& v, Pack fourth)
+/// Return the laws of a pack of contacts.
+template <class Half>
+inline Law<Two<Half>> gathered_law(const Task& task, const Found& found, int first)
 {
-  const Pack low_xy = shuffled<0, 4, 2, 6>(v.x, v.y), low_z = shuffled<0, 4, 2, 6>(v.z, fourth);
-  const Pack high_xy = shuffled<1, 5, 3, 7>(v.x, v.y), high_z = shuffled<1, 5, 3, 7>(v.z, fourth);
-  return {{shuffled<0, 1, 4, 5>(low_xy, low_z), shuffled<0, 1, 4, 5>(high_xy, high_z),
-           shuffled<2, 3, 6, 7>(low_xy, low_z), shuffled<2, 3, 6, 7>(high_xy, high_z)}};
-}
-
-inline void add(double* sum, Pack part)
-{
-  put(sum, four(sum) + part);
-}
-
-inline void subtract(double* sum, Pack part)
-{
-  put(sum, four(sum) - part);
-}
-
-/// Evaluate `count` <= width contacts; the lanes beyond `count` repeat one of them.
-[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const int* entry, int count,
-                                                   const Law& law)
-{
-  const Rows& rows_of = *task.rows;
-  int i[width], j[width];
-  for (int lane = 0; lane < width; ++lane) i[lane] = task.pairs.own[entry[lane]];
-  for (int lane = 0; lane < width; ++lane) j[lane] = task.pairs.other[entry[lane]];
-  const auto position = [&](int i) { return four(&rows_of.position[i].x); };
-  const auto velocity = [&](int i) { return four(rows_of.velocity[i].velocity); };
-  const auto spin = [&](int i) { return four(rows_of.velocity[i].spin); };
-  const auto history = [&](int lane) {
-    return task.pairs.displacement + 3 * static_cast<std::size_t>(entry[lane]);
-  };
-
-  // The fourth column holds one scalar of each contact.
-  const Columns separation = columns([&](int lane) {
-    return with_fourth(position(i[lane]) - position(j[lane]), position(j[lane]));
-  });
-  const Columns speed = columns([&](int lane) {
-    return with_fourth(velocity(i[lane]) - velocity(j[lane]), velocity(i[lane]));
-  });
-  const Columns spin_i =
-      columns([&](int lane) { return with_fourth(spin(i[lane]), velocity(j[lane])); });
-  const Columns spin_j =
-      columns([&](int lane) { return spin(j[lane]) + with_fourth(Pack(0.0), spin(i[lane])); });
-  const Columns displacement =
-      columns([&](int lane) { return with_fourth(four(history(lane)), position(i[lane])); });
-  contact::BallPair<Pack> pair;
-  pair.separation = separation.xyz;
-  pair.r2 = dot(pair.separation, pair.separation);
-  pair.radius_i = displacement.fourth;
-  pair.radius_j = separation.fourth;
-  pair.mass_i = speed.fourth;
-  pair.mass_j = spin_i.fourth;
-  pair.velocity = speed.xyz;
-  pair.spin_i = spin_i.xyz;
-  pair.spin_j = spin_j.xyz;
-  pair.displacement = displacement.xyz;
-  pair.damping_share = spin_j.fourth;
-
-  const auto result = contact::contact_force(contact::contact_of(pair), law, task.terms,
-                                             task.step.dt, task.step.advance);
-
-  const FourRows kept = rows(result.displacement, Pack(0.0));
-  const FourRows force = rows(result.force, Pack(0.0));
-  const FourRows torque_i = rows(result.torque_i, result.damping);
-  const FourRows torque_j = rows(result.torque_j, result.damping);
-  for (int lane = 0; lane < count; ++lane) {
-    store_three(history(lane), kept.of[lane]);
-    ForceRow &on_i = rows_of.force[i[lane]], &on_j = rows_of.force[j[lane]];
-    add(on_i.force, force.of[lane]);
-    add(on_i.torque, torque_i.of[lane]);
-    subtract(on_j.force, force.of[lane]);
-    add(on_j.torque, torque_j.of[lane]);
+  static_assert(sizeof(Law<double>) == 6 * sizeof(double));
+  constexpr int lanes = Two<Half>::lanes;
+  const double* law[lanes];
+  for (int lane = 0; lane < lanes; ++lane) {
+    const auto type_of = [&](Ball ball) { return task.particles.type[ball / 8] - 1; };
+    const int a = type_of(found.i[first + lane]), b = type_of(found.j[first + lane]);
+    law[lane] = &task.laws.of_types[a * task.laws.types + b].normal_stiffness;
   }
+  const auto four = [&](int from) {
+    const auto half = [&](int begin) {
+      return columns<Half>([&](int lane) { return _mm256_loadu_pd(law[begin + lane] + from); });
+    };
+    return two(half(0), half(Half::lanes));
+  };
+  const auto head = four(0), tail = four(2);
+  return {head.xyz.x, head.xyz.y, head.xyz.z, head.fourth, tail.xyz.z, tail.fourth};
 }
 
-/// Copy positions and velocities of all particles into rows.
-void fill_rows(const Task& task)
+inline VelocityRow* velocity_rows(const Rows& rows, Doubles)
+{
+  return rows.velocity;
+}
+inline SingleVelocityRow* velocity_rows(const Rows& rows, Singles)
+{
+  return rows.single_velocity;
+}
+inline ForceRow* force_rows(const Rows& rows, Doubles)
+{
+  return rows.force;
+}
+inline SingleForceRow* force_rows(const Rows& rows, Singles)
+{
+  return rows.single_force;
+}
+
+/// Square of the sum of the radii less the squared separation [m^2], exact however small.
+inline Doubles excess_of(const Found& found, int first, Doubles)
+{
+  const auto column = [&](const double* all) { return from_doubles<Doubles>(all + first); };
+  return excess({column(found.x), column(found.y), column(found.z)}, column(found.minus_radii));
+}
+inline Singles excess_of(const Found& found, int first, Singles)
+{
+  return singles(excess_of(found, first, Doubles{}), excess_of(found, first + width, Doubles{}));
+}
+
+/// Return a pack of pairs.
+template <class Half>
+inline contact::BallPair<Two<Half>> pairs_of(const Task& task, const Found& found, int first)
+{
+  const Rows& rows = *task.rows;
+  const auto both = [&](const auto& of) { return two(of(first), of(first + Half::lanes)); };
+  const auto column = [&](const double* all) {
+    return both([&](int k) { return from_doubles<Half>(all + k); });
+  };
+  const auto velocity_of = [&](const Ball* ball) {
+    return both([&](int k) { return velocities(velocity_rows(rows, Half{}), ball + k); });
+  };
+  const auto of_i = velocity_of(found.i), of_j = velocity_of(found.j);
+  const auto history = both([&](int k) {  // fourth: radius of i
+    return columns<Half>([&](int lane) {
+      const double* displacement = task.pairs.displacement + found.displacement[k + lane];
+      return _mm256_blend_pd(_mm256_loadu_pd(displacement),
+                             _mm256_load_pd(&row_of(rows.position, found.i[k + lane]).x), 8);
+    });
+  });
+  contact::BallPair<Two<Half>> pair;
+  pair.separation = {column(found.x), column(found.y), column(found.z)};
+  // Rounded as by the engine, not fused: a small overlap is known no better than this rounding.
+  const auto square = [](const Two<Half>& a) { return Two<Half>(a * a); };
+  pair.r2 = square(pair.separation.x) + square(pair.separation.y) + square(pair.separation.z);
+  pair.radius_i = history.fourth;
+  pair.radius_j = Two<Half>(0.0) - column(found.minus_radii) - pair.radius_i;
+  pair.mass_i = of_i.velocity.fourth;
+  pair.mass_j = of_j.velocity.fourth;
+  pair.velocity = of_i.velocity.xyz - of_j.velocity.xyz;
+  pair.spin_i = of_i.spin.xyz;
+  pair.spin_j = of_j.spin.xyz;
+  pair.displacement = history.xyz;
+  pair.damping_share = of_i.spin.fourth + of_j.spin.fourth;
+  pair.excess = both([&](int k) { return excess_of(found, k, Half{}); });
+  return pair;
+}
+
+/// Evaluate the first `count` of a pack of contacts. `usual` fixes the terms of the law that decks
+/// have as a rule.
+template <class Half, bool usual, bool limited>
+[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const Found& found, int first,
+                                                   int count, const Law<Two<Half>>& law)
+{
+  constexpr bool single = std::is_same_v<Half, Singles>;
+  const contact::ContactTerms terms =
+      usual ? contact::ContactTerms{true, true, limited, true} : task.terms;
+  const bool advance = usual || task.step.advance;
+  const auto result =
+      contact::contact_force(contact::contact_of<single>(pairs_of<Half>(task, found, first)), law,
+                             terms, task.step.dt, advance);
+  const Loads<Two<Half>> loads{result.force, result.torque_i, result.torque_j, result.damping};
+  const auto store = [&](int begin, int count, const Vector3<Half>& displacement,
+                         const Loads<Half>& loads) {
+    if (advance && terms.history)
+      store_at([&](int lane) { return task.pairs.displacement + found.displacement[begin + lane]; },
+               count, displacement);
+    add_loads(force_rows(*task.rows, Half{}), found.i + begin, found.j + begin, count, loads);
+  };
+  // Addresses are read again from here on: kept, they would take the registers of the law.
+  asm volatile("" ::: "memory");
+  store(first, count, first_of(result.displacement), first_of(loads));
+  if (count > Half::lanes)
+    store(first + Half::lanes, count - Half::lanes, second_of(result.displacement),
+          second_of(loads));
+}
+
+template <class Half, bool usual, bool limited>
+inline void evaluate_list(const Task& task)
+{
+  constexpr int lanes = Two<Half>::lanes;
+  const Laws& laws = task.laws;
+  Law<Two<Half>> law;
+  if (laws.only_type > 0)
+    law = same_law<Two<Half>>(laws.of_types[(laws.only_type - 1) * (laws.types + 1)]);
+  const auto* const velocity = velocity_rows(*task.rows, Half{});
+  const auto* const force = force_rows(*task.rows, Half{});
+  for_each_pack<lanes>(
+      task,
+      [&](const Found& found, int first) {
+        for (int lane = 0; lane < lanes; ++lane) {
+          const Ball j = found.j[first + lane];
+          __builtin_prefetch(&row_of(velocity, j));
+          __builtin_prefetch(&row_of(force, j), 1);
+        }
+      },
+      [&](const Found& found, int first, int count) {
+        if (laws.only_type == 0) law = gathered_law<Half>(task, found, first);
+        evaluate_pack<Half, usual, limited>(task, found, first, count, law);
+      });
+}
+
+template <class Half>
+inline void evaluate_number(const Task& task)
+{
+  const contact::ContactTerms& terms = task.terms;
+  const bool usual =
+      terms.history && terms.tangential_damping && terms.rolling && task.step.advance;
+  if (!usual)
+    evaluate_list<Half, false, false>(task);
+  else if (terms.limited_damping)
+    evaluate_list<Half, true, true>(task);
+  else
+    evaluate_list<Half, true, false>(task);
+}
+
+/// Return the first three numbers at an address, and 0.
+inline __m256d three(const double* numbers)
+{
+  return _mm256_maskload_pd(numbers, _mm256_setr_epi64x(-1, -1, -1, 0));
+}
+
+/// Copy positions and velocities of all particles into rows with store(row, numbers).
+template <class Row, class Store>
+inline void fill_rows(const Task& task, Row* row, const Store& store)
 {
   const neighbor::Particles& particles = task.particles;
-  const Rows rows = *task.rows;
-  for_each_particle(particles.total(), [&](int i, const auto& vector) {
-    put(&rows.position[i].x, with_fourth(vector(particles.position[i]), Pack(particles.radius[i])));
-    put(rows.velocity[i].velocity,
-        with_fourth(vector(particles.velocity[i]), Pack(particles.mass[i])));
-    put(rows.velocity[i].spin,
-        with_fourth(vector(particles.spin[i]), Pack(damping_share(task, i))));
-  });
+  const auto fill = [&](int i, const auto& vector) {
+    const auto with = [&](const double* v, double fourth) {
+      return _mm256_blend_pd(vector(v), _mm256_set1_pd(fourth), 8);
+    };
+    const double share =
+        task.terms.limited_damping
+            ? contact::damping_share(task.sums.damping[i], particles.mass[i], task.step.dt)
+            : 0.0;
+    _mm256_store_pd(&task.rows->position[i].x, with(particles.position[i], particles.radius[i]));
+    store(row[i].velocity, with(particles.velocity[i], particles.mass[i]));
+    store(row[i].spin, with(particles.spin[i], share));
+  };
+  // Only the last particle's vectors need a masked load, which is slow on some machines.
+  const int last = particles.total() - 1;
+  for (int i = 0; i < last; ++i) fill(i, [](const double* v) { return _mm256_loadu_pd(v); });
+  if (last >= 0) fill(last, three);
 }
 
 /// Add the force rows of the local particles to their sums, and clear the rows.
-void add_forces(const Task& task)
+template <class Row>
+inline void add_forces(const Task& task, Row* row)
 {
-  ForceRow* const row = task.rows->force;
   for (int i = 0; i < task.particles.nlocal; ++i) {
     for (int d = 0; d < 3; ++d) task.sums.force[i][d] += row[i].force[d];
     for (int d = 0; d < 3; ++d) task.sums.torque[i][d] += row[i].torque[d];
     if (task.terms.limited_damping && task.step.advance) task.sums.damping[i] = row[i].damping;
-    put(row[i].force, Pack(0.0));
-    put(row[i].torque, Pack(0.0));
+    row[i] = Row{};
   }
 }
 
@@ -136,17 +220,28 @@ void add_forces(const Task& task)
 
 void evaluate_rows(const Task& task)
 {
-  evaluate_list<Pack, width>(
-      task,
-      [&](int entry) { prefetch_contact(task, entry, task.rows->velocity, task.rows->force); },
-      [&](const int* entry, int count, const Law& law) { evaluate_pack(task, entry, count, law); });
+  evaluate_number<Doubles>(task);
+}
+
+void evaluate_rows_mixed(const Task& task)
+{
+  evaluate_number<Singles>(task);
 }
 
 void evaluate(const Task& task)
 {
-  fill_rows(task);
+  fill_rows(task, task.rows->velocity,
+            [](double* to, __m256d numbers) { _mm256_store_pd(to, numbers); });
   evaluate_rows(task);
-  add_forces(task);
+  add_forces(task, task.rows->force);
+}
+
+void evaluate_mixed(const Task& task)
+{
+  fill_rows(task, task.rows->single_velocity,
+            [](float* to, __m256d numbers) { _mm_store_ps(to, _mm256_cvtpd_ps(numbers)); });
+  evaluate_rows_mixed(task);
+  add_forces(task, task.rows->single_force);
 }
 
 }  // namespace millscale::kernels::MILLSCALE_LEVEL

@@ -25,6 +25,20 @@ inline Vector3<Number> operator*(const Number& s, const Vector3<Number>& a)
 {
   return {s * a.x, s * a.y, s * a.z};
 }
+/// Return a + s b, whose components packs round once.
+template <class Number>
+inline Vector3<Number> add_scaled(const Vector3<Number>& a, const Number& s,
+                                  const Vector3<Number>& b)
+{
+  return {a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
+/// Return a - s b, whose components packs round once.
+template <class Number>
+inline Vector3<Number> subtract_scaled(const Vector3<Number>& a, const Number& s,
+                                       const Vector3<Number>& b)
+{
+  return {a.x - s * b.x, a.y - s * b.y, a.z - s * b.z};
+}
 template <class Number>
 inline Number dot(const Vector3<Number>& a, const Vector3<Number>& b)
 {
