@@ -11,9 +11,7 @@ namespace {
 
 typedef double Four __attribute__((vector_size(32)));
 typedef long long FourBits __attribute__((vector_size(32)));
-typedef double Eight __attribute__((vector_size(64)));
-typedef long long EightBits __attribute__((vector_size(64)));
-typedef float EightSingles __attribute__((vector_size(32)));
+typedef float FourSingles __attribute__((vector_size(16)));
 
 constexpr int group = 4;  ///< balls whose sums are evaluated together
 
@@ -34,12 +32,6 @@ inline Four three(Four numbers)
   return Four(FourBits(numbers) & FourBits{-1, -1, -1, 0});
 }
 
-/// Return the numbers with 0 in the places of the fourth and the eighth.
-inline Eight two_vectors(Eight numbers)
-{
-  return Eight(EightBits(numbers) & EightBits{-1, -1, -1, 0, -1, -1, -1, 0});
-}
-
 /// Return (a + b) + c of each of four vectors (a, b, c, 0).
 inline Four sums(const Four* v)
 {
@@ -57,24 +49,28 @@ inline int bits(FourBits mask)
   return _mm256_movemask_pd(__m256d(mask));
 }
 
-inline Four low(Eight numbers)
-{
-  return __builtin_shufflevector(numbers, numbers, 0, 1, 2, 3);
-}
+/// Force and torque on a ball: three components and, of the torque, the sum of the damping.
+struct Load {
+  Four force, torque;
+};
 
-/// Return force, 0, torque and damping of a ball's row, and clear the row.
+/// Return what a row holds, and clear the row.
 template <bool single>
-inline Eight take_force(const Rows& rows, int i)
+inline Load take_load(const Rows& rows, int i)
 {
   if constexpr (single) {
-    const EightSingles row = load<EightSingles>(rows.single_force + i);
-    store(rows.single_force + i, EightSingles{});
-    const Eight numbers = __builtin_convertvector(row, Eight);
-    return __builtin_shuffle(numbers, EightBits{0, 1, 2, 7, 4, 5, 6, 3});
+    SingleForceRow& row = rows.single_force[i];
+    const Four force = __builtin_convertvector(load<FourSingles>(row.force), Four);
+    const Four torque = __builtin_convertvector(load<FourSingles>(row.torque), Four);
+    store(row.force, FourSingles{});
+    store(row.torque, FourSingles{});
+    return {force, __builtin_shuffle(torque, force, FourBits{0, 1, 2, 7})};
   } else {
-    const Eight row = load<Eight>(rows.force + i);
-    store(rows.force + i, Eight{});
-    return row;
+    ForceRow& row = rows.force[i];
+    const Load found{load<Four>(row.force), load<Four>(row.torque)};
+    store(row.force, Four{});
+    store(row.torque, Four{});
+    return found;
   }
 }
 
@@ -104,7 +100,7 @@ class Pass {
   explicit Pass(const Advance& advance) : a(advance), wall(advance.wall_begin)
   {
     const Vector &g = a.gravity, &o = a.origin;
-    gravity = Eight{g[0], g[1], g[2], 0.0, 0.0, 0.0, 0.0, 0.0};
+    gravity = Four{g[0], g[1], g[2], 0.0};
     dt = Four{a.dt, a.dt, a.dt, 0.0};
     origin = Four{o[0], o[1], o[2], 0.0};
     for (int d = 0; d < 3; ++d) {
@@ -128,32 +124,36 @@ class Pass {
   [[gnu::always_inline]] void one(int i, int k)
   {
     const Rows& rows = a.rows;
-    Eight force = take_force<single>(rows, i);
-    const Eight before = load<Eight>(rows.velocity + i);
-    const Eight weight = before[3] * gravity;
-    if (a.gravity_first) force = force + weight;
-    for (; wall != a.wall_end && wall->ball == i; ++wall) force = force + load<Eight>(wall);
-    if (!a.gravity_first) force = force + weight;
-    const Eight total = two_vectors(force);
-    const double linear = a.kick[i].linear, angular = a.kick[i].angular;
-    const Eight push = Eight{linear, linear, linear, 0.0, angular, angular, angular, 0.0} * total;
-    const Eight full = before + push;
-    Eight half = full + push;
-    if constexpr (limited) {
-      const double damping = force[7];
-      a.damping[i] = damping;
-      half[7] = a.dt * damping / before[3];
+    Load on = take_load<single>(rows, i);
+    VelocityRow& row = rows.velocity[i];
+    const Four before = load<Four>(row.velocity), spin = load<Four>(row.spin);
+    const Four weight = before[3] * gravity;
+    if (a.gravity_first) on.force = on.force + weight;
+    for (; wall != a.wall_end && wall->ball == i; ++wall) {
+      on.force = on.force + load<Four>(wall->force);
+      on.torque = on.torque + load<Four>(wall->torque);
     }
-    store(rows.velocity + i, half);
-    if constexpr (single)
-      store(rows.single_velocity + i, __builtin_convertvector(half, EightSingles));
+    if (!a.gravity_first) on.force = on.force + weight;
+    const Four push = a.kick[i].linear * three(on.force);
+    const Four turn = a.kick[i].angular * three(on.torque);
+    const Four full = before + push, half = full + push;
+    const Four half_spin = spin + turn + turn;
+    store(row.velocity, half);
+    store(row.spin, half_spin);
+    if constexpr (single) {
+      SingleVelocityRow& copy = rows.single_velocity[i];
+      store(copy.velocity, __builtin_convertvector(half, FourSingles));
+      store(copy.spin, __builtin_convertvector(half_spin, FourSingles));
+    }
     const Four x = load<Four>(rows.position + i);
-    const Four next = x + dt * low(half);
+    const Four next = x + dt * half;
     store(rows.position + i, next);
+    if constexpr (limited || watched) mass[k] = before[3];
+    if constexpr (limited) damping[k] = on.torque[3];
 
     if constexpr (watched || guarded) {
       position[k] = x;
-      velocity[k] = low(full);
+      velocity[k] = full;
     }
     const Four begin = load<Four>(a.start + i);
     skin[k] = begin[3];
@@ -164,13 +164,12 @@ class Pass {
     const Four apart = three(from - turned);
     relative[k] = apart * apart;
     if constexpr (guarded) {
-      force_on[k] = low(total);
-      const Four v = three(low(full));
+      force_on[k] = on.force;
+      const Four v = three(full);
       speed[k] = v * v;
     }
     if constexpr (watched) {
-      mass[k] = before[3];
-      const Four by_contacts = three(low(total - weight));
+      const Four by_contacts = three(on.force - weight);
       pressure[k] = by_contacts * by_contacts;
     }
   }
@@ -179,10 +178,11 @@ class Pass {
   [[gnu::always_inline]] void some(int i, int count)
   {
     for (int k = count; k < group; ++k) {
-      gone[k] = relative[k] = speed[k] = pressure[k] = skin = mass = Four{};
+      gone[k] = relative[k] = speed[k] = pressure[k] = skin = mass = damping = Four{};
     }
 #pragma GCC unroll 4
     for (int k = 0; k < count; ++k) one(i + k, k);
+    if constexpr (limited) share_damping(i, count);
     moved |= sums(gone) > Four{} + a.moved_limit2;
     left |= ~(sums(relative) <= skin * skin);
     if constexpr (guarded) {
@@ -190,6 +190,18 @@ class Pass {
       if (fast && !found.fast) name_fast(i + __builtin_ctz(fast), __builtin_ctz(fast));
     }
     if constexpr (watched) watch(i, count);
+  }
+
+  /// Store the sums of damping coefficients, and the shares they give in the next step.
+  [[gnu::always_inline]] void share_damping(int i, int count)
+  {
+    const Four share = a.dt * damping / mass;
+    for (int k = 0; k < count; ++k) {
+      a.damping[i + k] = damping[k];
+      a.rows.velocity[i + k].damping_share = share[k];
+      if constexpr (single)
+        a.rows.single_velocity[i + k].damping_share = static_cast<float>(share[k]);
+    }
   }
 
   [[gnu::noinline]] void name_fast(int i, int k)
@@ -224,12 +236,11 @@ class Pass {
 
   const Advance& a;
   const WallForce* wall;  ///< the next one
-  Eight gravity;
-  Four dt, origin, column[3];
+  Four gravity, dt, origin, column[3];
   // Of the balls of a group, at the end of the step: three components and another number.
   Four position[group], velocity[group], force_on[group];
   Four gone[group], relative[group], speed[group], pressure[group];  ///< squares of components
-  Four skin, mass;
+  Four skin, mass, damping;
   FourBits moved{}, left{};
   Advanced found;
 };
