@@ -44,6 +44,13 @@ Record& record_in(double* row)
   return *std::launder(reinterpret_cast<Record*>(row));
 }
 
+/// Prefetch all cache lines of a record.
+void prefetch_record(const double* row)
+{
+  constexpr int line = 8;  // numbers
+  for (int k = 0; k < record_size; k += line) __builtin_prefetch(row + k, 1);
+}
+
 /// Return whether a wall triangle belongs to the groove. Such a triangle lies in the outer half of
 /// the liner's height and faces the axis more than the circumference.
 bool is_groove(TriMesh& mesh, int triangle, const detachment::Mill& mill, double inner_radius)
@@ -254,10 +261,10 @@ const millscale::kernels::ContactWatch& FixMillDetachTrack::begin_pass()
 void FixMillDetachTrack::end_step(const millscale::kernels::Advanced& found)
 {
   const Now step = now();
-  constexpr int ahead = 4;  // records lie far apart in memory
+  constexpr int ahead = 6;  // records lie far apart in memory
   for (int k = 0; k < found.moments; ++k) {
     const millscale::kernels::Moment& ball = moments_[k];
-    if (k + ahead < found.moments) __builtin_prefetch(row(moments_[k + ahead].ball), 1);
+    if (k + ahead < found.moments) prefetch_record(row(moments_[k + ahead].ball));
     observe(ball.ball, ball.position.data(), ball.velocity.data(), step);
   }
 }
