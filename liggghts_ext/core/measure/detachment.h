@@ -249,14 +249,14 @@ inline bool carried(const Mill& mill, const Drive& drive, const Observation& now
   return square < 2.0 * drive.gravity * gap_over_radius * now.ball_radius;
 }
 
-/// Remembers the lifter a ball is carried by. A ball that is not carried keeps the lifter it left,
-/// whatever it meets in flight. What moves with the mill changes its lifter slowly: a look at every
-/// few thousandths of a turn is enough.
-inline void follow_carrier(Record& ball, const Mill& mill, const Drive& drive,
+/// Remembers the lifter that carries a ball, -1 if none has. A ball that is not carried keeps the
+/// lifter it left, whatever it meets in flight. What moves with the mill changes its lifter slowly:
+/// a look at every few thousandths of a turn is enough.
+inline void follow_carrier(double& carrier, const Mill& mill, const Drive& drive,
                            const Observation& now, double gap_over_radius)
 {
   if (carried(mill, drive, now, gap_over_radius))
-    ball.carrier = sector(mill, polar(mill, now.position).psi, now.mill_angle);
+    carrier = sector(mill, polar(mill, now.position).psi, now.mill_angle);
 }
 
 /// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)

@@ -87,6 +87,7 @@ FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg)
     error->fix_error(FLERR, this, problem.what());
   }
   seen_.assign(atom->nmax, unknown);
+  carrier_.assign(atom->nmax, unknown);
   for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
 }
 
@@ -196,12 +197,17 @@ void FixMillDetachTrack::observe(int i, const double* position, const double* ve
                                     atom->radius[i],
                                     step.mill_angle,
                                     step.time};
-  Record& ball = record_in(row(i));
   if (changes) {
+    Record& ball = record_in(row(i));
     count(detachment::observe(ball, mill_, now, step.back, gap_), ball);
     seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
   }
-  if (step.look) detachment::follow_carrier(ball, mill_, step.drive, now, gap_);
+  if (!step.look) return;
+  double carrier = carrier_[i];
+  detachment::follow_carrier(carrier, mill_, step.drive, now, gap_);
+  if (carrier == carrier_[i]) return;
+  carrier_[i] = static_cast<float>(carrier);
+  record_in(row(i)).carrier = carrier;
 }
 
 /// Mark the contacts of each ball.
@@ -342,30 +348,39 @@ FixMillDetachTrack::Statistics FixMillDetachTrack::statistics_of_all_ranks() con
 void FixMillDetachTrack::set_arrays(int i)
 {
   new (row(i)) Record{};
+  forget(i);
+}
+
+/// A record has come from elsewhere.
+void FixMillDetachTrack::forget(int i)
+{
   seen_[i] = unknown;
+  carrier_[i] = unknown;
 }
 
 void FixMillDetachTrack::grow_arrays(int nmax)
 {
   FixPerBallRows::grow_arrays(nmax);
   seen_.resize(nmax, unknown);
+  carrier_.resize(nmax, unknown);
 }
 
 void FixMillDetachTrack::copy_arrays(int i, int j, int delflag)
 {
   FixPerBallRows::copy_arrays(i, j, delflag);
   seen_[j] = seen_[i];
+  carrier_[j] = carrier_[i];
 }
 
 int FixMillDetachTrack::unpack_exchange(int i, double* buffer)
 {
-  seen_[i] = unknown;
+  forget(i);
   return FixPerBallRows::unpack_exchange(i, buffer);
 }
 
 void FixMillDetachTrack::unpack_restart(int i, int nth)
 {
-  seen_[i] = unknown;
+  forget(i);
   FixPerBallRows::unpack_restart(i, nth);
 }
 

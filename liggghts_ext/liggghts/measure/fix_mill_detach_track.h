@@ -55,6 +55,7 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   Now now() const;
   void observe_all();
   void observe(int i, const double* position, const double* velocity, const Now& step);
+  void forget(int i);
   void mark_walls(std::vector<signed char>& marks) const;
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
   bool looks_at_carriers() const;
@@ -77,7 +78,8 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   /// For each ball: its contacts at the last step and its pending events; -1: its record must be
   /// read.
   std::vector<signed char> seen_;
-  std::vector<signed char> marks_;       ///< contacts of each ball at this step, as bits
+  std::vector<float> carrier_;      ///< of the record, if known: records lie far apart in memory
+  std::vector<signed char> marks_;  ///< contacts of each ball at this step, as bits
   std::vector<signed char> wall_marks_;  ///< those with walls, for the pass over the balls
   std::vector<signed char> never_seen_;  ///< marks that no ball has, to observe all balls
   std::vector<millscale::kernels::Moment> moments_;

@@ -224,7 +224,7 @@ TEST(Carrier, IsTheLifterOfTheGrooveABallRestsIn)
   const double pitch = 2 * pi / 25;
   for (int k = 0; k < 25; ++k) {
     Record ball;
-    follow_carrier(ball, mill(), drive, among_balls(0.9, 0.3 + k * pitch, 0.3, 0.0), 1.0);
+    follow_carrier(ball.carrier, mill(), drive, among_balls(0.9, 0.3 + k * pitch, 0.3, 0.0), 1.0);
     EXPECT_EQ(ball.carrier, k);
   }
 }
@@ -232,7 +232,7 @@ TEST(Carrier, IsTheLifterOfTheGrooveABallRestsIn)
 TEST(Carrier, IsUnknownAtFirst)
 {
   Record ball;
-  follow_carrier(ball, mill(), drive, free_at(0.9, 1.0, 0.3), 1.0);
+  follow_carrier(ball.carrier, mill(), drive, free_at(0.9, 1.0, 0.3), 1.0);
   EXPECT_EQ(ball.carrier, -1.0);
 }
 
@@ -240,14 +240,14 @@ TEST(Carrier, StaysThatOfTheThrowThroughFlightAndCollisionInFlight)
 {
   const double pitch = 2 * pi / 25;
   Record ball;
-  follow_carrier(ball, mill(), drive, among_balls(0.9, 0.3 + 7 * pitch, 0.3, 0.0), 1.0);
-  follow_carrier(ball, mill(), drive, free_at(0.8, 0.5 + 9 * pitch, 0.5), 1.0);
-  follow_carrier(ball, mill(), drive, among_balls(0.6, 0.6 + 12 * pitch, 0.6, 2.0), 1.0);
-  follow_carrier(ball, mill(), drive, free_at(0.5, 0.7 + 15 * pitch, 0.7), 1.0);
+  follow_carrier(ball.carrier, mill(), drive, among_balls(0.9, 0.3 + 7 * pitch, 0.3, 0.0), 1.0);
+  follow_carrier(ball.carrier, mill(), drive, free_at(0.8, 0.5 + 9 * pitch, 0.5), 1.0);
+  follow_carrier(ball.carrier, mill(), drive, among_balls(0.6, 0.6 + 12 * pitch, 0.6, 2.0), 1.0);
+  follow_carrier(ball.carrier, mill(), drive, free_at(0.5, 0.7 + 15 * pitch, 0.7), 1.0);
   EXPECT_EQ(ball.carrier, 7.0);
   Observation landed = free_at(0.98, 0.8 + 20 * pitch, 0.8);  // far from the mill's speed
   landed.wall_contact = landed.contact_force = true;
-  follow_carrier(ball, mill(), drive, landed, 1.0);
+  follow_carrier(ball.carrier, mill(), drive, landed, 1.0);
   EXPECT_EQ(ball.carrier, 20.0);
 }
 
