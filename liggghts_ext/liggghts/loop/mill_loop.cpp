@@ -114,7 +114,7 @@ std::string MillLoop::find_participants()
   at_intervals_.clear();
   gravity_first_ = false;
   guards_.clear();
-  if (!pair_) return "balls touch without pair_style gran ... surface fast";
+  if (!pair_) return "there is no pair_style gran ... surface fast";
   if (const std::string reason = pair_->needs_engine_loop(); !reason.empty()) return reason;
   for (int f = 0; f < modify->nfix; ++f) {
     const std::string reason = place_in_step(modify->fix[f], modify->fmask[f]);
