@@ -6,7 +6,7 @@ namespace millscale::liner {
 
 /// A plane or a circle that a wall follows near a contact: a line, an arc or an edge of the
 /// cross-section, or an end of the mill. In the frame of the mill at rest. `Number` is a double, or
-/// a pack of doubles that brings +, -, *, / and sqrt.
+/// a pack of doubles with +, -, *, / and sqrt.
 template <class Number>
 struct PatchOf {
   Number x, z;                              ///< a point of the plane, or the centre of the circle

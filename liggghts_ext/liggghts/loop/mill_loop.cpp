@@ -429,7 +429,6 @@ void MillLoop::advance(const std::vector<kernels::WallForce>& wall_forces)
     if (guard->checks_speeds_now()) limit = std::min(limit, guard->speed_limit());
   pass.checks_speed = std::isfinite(limit);
   pass.speed_limit2 = limit * limit;
-  const kernels::ContactWatch* watch = track_ ? &track_->begin_pass() : nullptr;
-  pass.watch = watch;
+  pass.watch = track_ ? &track_->begin_pass() : nullptr;
   found_ = pair_->kernel().advance(pass);
 }
