@@ -37,7 +37,7 @@ def wait_for():
         deadline = time.monotonic() + seconds
         while not (found := condition()):
             assert time.monotonic() < deadline, "waited in vain"
-            time.sleep(0.1)
+            time.sleep(0.02)
         return found
 
     return wait

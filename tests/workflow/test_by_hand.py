@@ -27,7 +27,7 @@ pytestmark = pytest.mark.engine
 
 BALL = SINGLE_BALLS[1]
 # Some seconds of a charge, with restart files on the way.
-LONG = kill_resume.campaign_text(rotation_angle=3.0, restart_angle=0.15, balls=150)
+LONG = kill_resume.campaign_text(rotation_angle=6.0, restart_angle=0.15, balls=150)
 
 
 def millscale(command, *arguments):
