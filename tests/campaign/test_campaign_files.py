@@ -1,11 +1,13 @@
 """The campaign files shipped, and their reference in docs/reference/campaign-file.md."""
 
 import json
+import re
 
 import pytest
 
 from millscale.campaign.build import load_campaign
-from millscale.campaign.keys import REQUIRED, SECTIONS
+from millscale.campaign.keys import REQUIRED, SECTIONS, TABLES
+from millscale.campaign.units import UNITS
 from millscale.workflow.plan import plan_rows
 from paper_campaign import CAMPAIGNS, REPOSITORY
 
@@ -127,6 +129,18 @@ def test_the_example_of_the_reference_is_accepted(tmp_path):
     assert len(plan_rows(load_campaign(path))) == 4
 
 
+def test_the_reference_lists_the_units_that_the_loader_converts():
+    text = REFERENCE.read_text(encoding="utf-8").partition("## Units")[2].partition("\n## ")[0]
+    listed = [set(re.findall(r"`(_\w+)`", line)) for line in text.splitlines() if "`_" in line]
+    dimensions = {key: unit.dimension for key, unit in UNITS.items()}
+    for units in listed:
+        (dimension,) = {dimensions[unit] for unit in units}
+        assert units == {unit for unit in UNITS if dimensions[unit] == dimension}
+    # Without the units of one spelling, and the velocity, which no key has.
+    others = {"acceleration", "velocity", "share"}
+    assert len(listed) == len(set(dimensions.values()) - others)
+
+
 def reference_rows(keys):
     """Return the rows of the table of a section."""
     for name, key in keys.items():
@@ -145,13 +159,17 @@ def default_of(key):
     return "required" if key.default is REQUIRED else json.dumps(key.default)
 
 
-@pytest.mark.parametrize("section", SECTIONS)
-def test_the_reference_has_the_table_of_a_section(section):
+@pytest.mark.parametrize(
+    ("title", "keys"),
+    [(f"## [{name}]", keys) for name, keys in SECTIONS.items()]
+    + [(f"## [[{name}]]", table.keys) for name, table in TABLES.items()],
+)
+def test_the_reference_has_the_table_of_a_section(title, keys):
     text = REFERENCE.read_text(encoding="utf-8")
-    assert f"## [{section}]" in text
-    part = text.partition(f"## [{section}]")[2].partition("\n## ")[0]
+    assert title in text
+    part = text.partition(f"{title}\n")[2].partition("\n## ")[0]
     rows = [line for line in part.splitlines() if line.startswith("| `")]
-    assert rows == list(reference_rows(SECTIONS[section]))
+    assert rows == list(reference_rows(keys))
 
 
 @pytest.mark.parametrize("path", POLICIES, ids=lambda path: path.stem)

@@ -1,11 +1,15 @@
 """Wrong campaign files: one line with the cause and what is accepted, and nothing is written."""
 
+import math
+from dataclasses import asdict
+
 import pytest
 
 from millscale.campaign.build import load_campaign
+from millscale.cases.case import cases_of, numbers
 from millscale.cases.generate import generate
 from millscale.errors import CampaignError
-from paper_campaign import MULTI_BALL, campaign_text
+from paper_campaign import MULTI_BALL, campaign_text, write_campaign
 
 ROTATION = {"rotation_angle_rad": 1.0, "step_s": 1e-4}
 
@@ -24,16 +28,73 @@ WRONG = {
         "ball, campaign, liner",
     ),
     "wrong unit": (
-        {"ball__radius_mm": 20.0},
-        "ball.radius_mm",
-        "wrong unit 'mm', nearest is radius_m",
-        "density_kg_m3, radius_m",
+        {"ball__radius_kg": 20.0},
+        "ball.radius_kg",
+        "wrong unit 'kg', nearest is radius_m",
+        "radius_m, radius_mm, radius_cm",
     ),
     "wrong unit of speed": (
-        {"mill__speed_hz": 1.0},
-        "mill.speed_hz",
-        "wrong unit 'hz', nearest is speed_rad_s",
+        {"mill__speed_m_s": 1.0},
+        "mill.speed_m_s",
+        "wrong unit 'm_s', nearest is speed_rad_s",
         "speed_rpm",
+    ),
+    "a slip in another spelling": (
+        {"ball__diamter_mm": 20.0},
+        "ball.diamter_mm",
+        "unknown key, nearest is diameter_mm",
+        "density_kg_m3, radius_m",
+    ),
+    "a unit in capitals": (
+        {"material__youngs_modulus_GPa": 20.0},
+        "material.youngs_modulus_GPa",
+        "unknown key, nearest is youngs_modulus_gpa",
+        "youngs_modulus_pa",
+    ),
+    "radius and diameter that contradict": (
+        {"mill__diameter_mm": 7810.0},
+        "mill.diameter_mm",
+        "contradicts radius_m: diameter_mm = 7810.0 is radius_m = 3.905, radius_m = 3.9",
+        "one of the two, or values that agree within 0.1%",
+    ),
+    "two spellings that contradict": (
+        {"ball__radius_m": None, "ball__diameter_mm": 40, "ball__radius_cm": 2.1},
+        "ball.radius_cm",
+        "contradicts diameter_mm: radius_cm = 2.1 is radius_m = 0.021, diameter_mm = 40 is "
+        "radius_m = 0.02",
+        "one of the two",
+    ),
+    "lists that contradict": (
+        {"scaling__scaled_radius_m": [3.9, 1.5], "scaling__scaled_diameter_mm": [7800, 3010]},
+        "scaling.scaled_diameter_mm",
+        "contradicts scaled_radius_m: scaled_diameter_mm = [7800, 3010] is scaled_radius_m = "
+        "[3.9, 1.505], scaled_radius_m = [3.9, 1.5]",
+        "one of the two",
+    ),
+    "out of range in another unit": (
+        {"ball__radius_m": None, "ball__diameter_mm": -40},
+        "ball.diameter_mm",
+        "got -40",
+        "a number > 0",
+    ),
+    "beyond what a mill has in another unit": (
+        {"ball__radius_m": None, "ball__radius_mm": 2e12},
+        "ball.radius_mm",
+        "beyond what a mill has",
+        "0.001 to 1e+09",
+    ),
+    "lifter height that contradicts": (
+        {"liner__lifter_height_mm": 300},
+        "liner.lifter_height_mm",
+        "as lifter_height_m: contradicts lifter_top_radius_m: 0.3 is 0.3 m of lifter height, "
+        "lifter_top_radius_m = 3.61 is 0.29",
+        "one of the two",
+    ),
+    "a lifter as high as the mill": (
+        {"liner__lifter_top_radius_m": None, "liner__lifter_height_m": 3.9},
+        "liner.lifter_height_m",
+        "got 3.9 in a mill of mill.radius_m = 3.9",
+        "< 3.9",
     ),
     "account of stock contacts": (
         MULTI_BALL | {"multi_ball__ledger": True, "model__contacts": "stock"},
@@ -349,15 +410,19 @@ WRONG = {
 
 
 def refused(folder, text: str | bytes) -> CampaignError:
-    """Return the error of a campaign file; assert one line and that nothing was written."""
+    """Return the first mistake of a campaign file; assert one line each and that nothing was
+    written."""
     path = folder / "wrong.toml"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(CampaignError) as caught:
         generate(path, folder / "runs")
     assert list(folder.iterdir()) == [path]
-    assert "\n" not in str(caught.value)
-    assert str(caught.value).startswith(f"{path}: ")
-    return caught.value
+    mistakes = caught.value.mistakes
+    assert str(caught.value).splitlines() == [str(mistake) for mistake in mistakes]
+    for mistake in mistakes:
+        place = f"{path}:{mistake.line}" if mistake.line else str(path)
+        assert str(mistake).startswith(f"{place}: ")
+    return mistakes[0]
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -379,7 +444,7 @@ def test_a_wrong_campaign_is_refused_in_one_line_and_leaves_nothing(name, tmp_pa
         (b"[mill]\nradius_m = \xff\n", "not UTF-8"),
         (b"x = " + b"[" * 5000 + b"]" * 5000, "not TOML"),
         (b"#" * (2 << 20), "larger than 1048576 bytes"),
-        (b"mill = 3\n", "got 3"),
+        (b"mill = 3\n[ball]\n[material]\n", "got 3"),
     ],
     ids=["syntax", "bytes", "nesting", "size", "not a section"],
 )
@@ -454,3 +519,120 @@ def test_a_number_too_large_for_a_float_is_refused(tmp_path):
 def test_a_list_without_end_is_refused(tmp_path):
     error = refused(tmp_path, campaign_text(scaling__S=[1.0 + 0.01 * i for i in range(10_001)]))
     assert error.accepted == "1 to 10,000 values"
+
+
+MANY = """\
+[mill]
+radus_m = 3.9
+length_m = "1 m"
+speed_rad_s = 1.0
+
+[ball]
+diameter_mm = 40
+density_g_cm3 = -2.678
+
+[liner]
+lifters = 25
+face_angle_deg = [
+  7,  # of both faces
+]
+
+[material]
+youngs_modulus_gpa = 0.0598
+poisson_ratio = 0.3
+restitution_pp = 0.1
+restitution_pw = 0.2
+static_friction_pp = 0.545
+static_friction_pw = 0.5
+rolling_friction_pp = 0.01
+
+[multiball]
+"""
+
+
+def test_all_mistakes_of_a_file_are_stated_with_their_lines(tmp_path):
+    path = tmp_path / "many.toml"
+    path.write_text(MANY)
+    with pytest.raises(CampaignError) as caught:
+        load_campaign(path)
+    found = {(mistake.line, mistake.key) for mistake in caught.value.mistakes}
+    assert found == {
+        (1, "mill.radius_m"),
+        (2, "mill.radus_m"),
+        (3, "mill.length_m"),
+        (8, "ball.density_g_cm3"),
+        (12, "liner.face_angle_deg"),
+        (16, "material.rolling_friction_pw"),
+        (25, "multiball"),
+        (None, ""),
+    }
+    lines = str(caught.value).splitlines()
+    assert len(lines) == len(found)
+    assert lines[2].startswith(f"{path}:3: mill.length_m: length of the mill, periodic")
+    assert lines[2].endswith('got "1 m"; accepted: a number > 0')
+
+
+def test_mistakes_of_sections_that_depend_on_none_are_all_found(tmp_path):
+    """Contradictions inside a section are found beside wrong values of another section."""
+    changes = {
+        "ball__radius_std_m": 0.02,
+        "material__youngs_modulus_pa": 1e7,
+        "liner__face_angle_deg": 7.0,
+        "wall__kind": "meshes",
+    }
+    path = tmp_path / "several.toml"
+    path.write_text(campaign_text(**changes))
+    with pytest.raises(CampaignError) as caught:
+        load_campaign(path)
+    assert {mistake.key for mistake in caught.value.mistakes} == {
+        "ball.radius_std_m",
+        "material.youngs_modulus_pa",
+        "liner.groove_width_m",
+        "wall.kind",
+    }
+    assert all(mistake.line for mistake in caught.value.mistakes)
+
+
+def test_a_late_mistake_has_the_line_of_its_key_as_it_is_spelled(tmp_path):
+    charge = {**MULTI_BALL["multi_ball"], "settle_ms": 20}
+    changes = {"material__shear_modulus_pa": None, "material__youngs_modulus_mpa": 0.26}
+    path = tmp_path / "late.toml"
+    path.write_text(campaign_text(single_ball=None, multi_ball=charge, **changes))
+    lines = path.read_text().splitlines()
+    with pytest.raises(CampaignError) as caught:
+        cases_of(load_campaign(path))
+    found = {mistake.key: mistake for mistake in caught.value.mistakes}
+    assert found.keys() == {"multi_ball.settle_ms", "material.youngs_modulus_mpa"}
+    assert lines[found["multi_ball.settle_ms"].line - 1] == "settle_ms = 20"
+    assert found["multi_ball.settle_ms"].cause.startswith("as settle_s: got 0.02")
+
+
+def test_a_mill_in_other_units_is_the_same_campaign(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.mkdir(), other.mkdir()
+    changes = {
+        "mill__radius_m": None, "mill__diameter_mm": 7800, "mill__length_m": None,
+        "mill__length_cm": 100, "mill__speed_rad_s": None, "mill__speed_deg_s": 180.0 / math.pi,
+        "liner__lifter_top_radius_m": None, "liner__lifter_height_mm": 290,
+        "liner__lifter_top_width_m": None, "liner__lifter_top_width_mm": 250,
+        "ball__radius_m": None, "ball__diameter_mm": 40,
+        "ball__density_kg_m3": None, "ball__density_g_cm3": 2.678,
+        "material__shear_modulus_pa": None, "material__shear_modulus_mpa": 23,
+        "single_ball": {"rotation_angle_deg": 6 * 180.0 / math.pi, "step_us": 50},
+        "multi_ball": {"filling_percent": 27, "rotation_angle_rad": 8.0},
+    }  # fmt: skip
+    first = load_campaign(write_campaign(one, multi_ball={"filling": 0.27, "rotation_s": 8.0}))
+    second = load_campaign(write_campaign(other, **changes))
+    for part in ("mill", "liner", "ball", "material", "parts"):
+        left, right = asdict_of(getattr(first, part)), asdict_of(getattr(second, part))
+        assert right == pytest.approx(left, rel=1e-14), part
+    # Decimal units make the double that the number in SI would be.
+    assert second.mill.radius == 3.9 and second.ball.density == 2678.0
+
+
+def asdict_of(part):
+    """Return the numbers of a part of a campaign by their path."""
+    tree = (
+        {str(i): asdict(x) for i, x in enumerate(part)} if isinstance(part, tuple) else asdict(part)
+    )
+    return dict(numbers(tree))

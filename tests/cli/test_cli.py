@@ -77,12 +77,20 @@ def test_a_machine_without_slurm_is_refused_with_what_is_missing(millscale):
 
 
 @pytest.mark.parametrize("command", ["plan", "generate", "run"])
-def test_a_wrong_campaign_gives_one_line_and_writes_nothing(millscale, command):
-    millscale.file.write_text(TEXT.replace("lifters = 8", "lifter = 8"))
+def test_a_wrong_campaign_gives_a_line_for_each_mistake_and_writes_nothing(millscale, command):
+    text = TEXT.replace("lifters = 8", "lifter = 8").replace(
+        "poisson_ratio = ", "poisson_ratio = -"
+    )
+    millscale.file.write_text(text)
     done = millscale(command)
     assert done.returncode == 2 and done.stdout == ""
-    assert "small.toml: liner.lifter" in done.stderr and "lifters" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    lines = text.splitlines()
+    liner, material = done.stderr.splitlines()
+    line = lines.index("lifter = 8") + 1
+    assert f"small.toml:{line}: liner.lifter: unknown key, nearest is lifters; " in liner
+    line = next(i for i, line in enumerate(lines, 1) if line.startswith("poisson_ratio"))
+    assert liner.startswith("error: ") and material.startswith("error: ")
+    assert f"small.toml:{line}: material.poisson_ratio: nu of balls and wall: got -0" in material
     assert [path.name for path in millscale.file.parent.iterdir()] == ["small.toml"]
 
 

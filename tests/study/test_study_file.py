@@ -105,8 +105,13 @@ ERRORS = {
         "model, multi_ball, run, scaling, wall",
     ),
     "unknown key of a setting": (
-        ("multi_ball.step_s", "multi_ball.step_ms"),
-        'setting "reference": multi_ball.step_ms: wrong unit',
+        ("multi_ball.step_s", "multi_ball.step_mm"),
+        'setting "reference": multi_ball.step_mm: wrong unit',
+    ),
+    "a value out of range in another unit": (
+        ("step_s = 5e-5", "step_us = -1"),
+        'setting "reference": multi_ball.step_us: time step of the physical mill [s], or from the '
+        'limits of the contact law: got -1; accepted: a number > 0 or "advised"',
     ),
     "a value out of range": (
         ("step_s = 5e-5", "step_s = -1"),

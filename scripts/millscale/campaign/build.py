@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from millscale import _core
 from millscale.campaign.campaign import Ball, Campaign, LinerShape, Material, Mill, Wall
 from millscale.campaign.contacts import ContactOptions
 from millscale.campaign.keys import FRICTION_MATCHED, KINDS
+from millscale.campaign.lines import Places
 from millscale.campaign.parts import build_part
-from millscale.campaign.reader import checked_sections, parse_toml
+from millscale.campaign.reader import checked_sections, parse_text, read_text
 from millscale.campaign.units import resolve, speed_forms
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, Mistakes
 
+Built = TypeVar("Built")
 Section = Mapping[str, Any]
 Forms = Mapping[str, Callable[[float], float]]
 # Radius in ball radii: a slice of such a mill, one ball thick, holds over half a million balls.
@@ -28,10 +31,16 @@ def load_campaign(path: str | Path) -> Campaign:
     """Return the campaign a TOML file describes.
 
     Raises:
-        CampaignError: the file, a key or a combination of keys is not accepted.
+        CampaignError: the file, keys or combinations of keys are not accepted; holds all mistakes.
     """
     path = Path(path)
-    return campaign_of(path, parse_toml(path))
+    text = read_text(path)
+    places = Places(text)
+    try:
+        campaign = campaign_of(path, parse_text(path, text))
+    except CampaignError as error:
+        raise places.located(error) from None
+    return replace(campaign, places=places)
 
 
 def campaign_of(path: Path, tree: Section) -> Campaign:
@@ -41,32 +50,59 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         path: of the file, for its default name and the messages.
 
     Raises:
-        CampaignError: a key or a combination of keys is not accepted.
+        CampaignError: keys or combinations of keys are not accepted; holds all mistakes.
     """
-    sections = checked_sections(path, tree)
-    mill = _mill(path, sections["mill"], sections["ball"])
-    scaling = sections["scaling"]
-    parts = tuple(build_part(path, name, sections, mill) for name in KINDS if name in sections)
-    if not parts:
-        raise CampaignError(path, "", "nothing to simulate", "[single_ball], [multi_ball] or both")
-    _check_time_factor(path, scaling, {scheme for part in parts for scheme in part.schemes})
-    _check_friction_exponent(path, scaling, {policy for part in parts for policy in part.policies})
+    mistakes = Mistakes()
+    sections = checked_sections(path, tree, mistakes)
+
+    def built(make: Callable[..., Built], *names: str) -> Built | None:
+        """Return what sections make; None after a mistake in them, which is kept."""
+        if all(name in sections for name in names):
+            with mistakes.collected():
+                return make(path, *(sections[name] for name in names))
+        return None
+
+    name = built(_name, "campaign")
+    mill = built(_mill, "mill", "ball")
+    liner = built(_liner, "liner", "mill")
+    ball = built(_ball, "ball")
+    material = built(_material, "material")
+    wall = built(_wall, "wall", "ball")
+    contacts = built(_contacts, "model")
+    parts = []
+    for kind in KINDS:
+        if mill and sections.keys() >= {kind, "ball", "scaling", "wall", "model"}:
+            with mistakes.collected():
+                parts.append(build_part(path, kind, sections, mill))
+    if not any(kind in tree for kind in KINDS):
+        accepted = "[single_ball], [multi_ball] or both"
+        mistakes.found.append(CampaignError(path, "", "nothing to simulate", accepted))
+    elif not mistakes.found:
+        scaling = sections["scaling"]
+        schemes = {scheme for part in parts for scheme in part.schemes}
+        policies = {policy for part in parts for policy in part.policies}
+        with mistakes.collected():
+            _check_time_factor(path, scaling, schemes)
+        with mistakes.collected():
+            _check_friction_exponent(path, scaling, policies)
+    mistakes.raise_all()
+    assert name and mill and liner and ball and material and wall and contacts  # or a mistake
     return Campaign(
         file=path,
-        name=campaign_name(path, "campaign.name", sections["campaign"]["name"]),
+        name=name,
         about=sections["campaign"]["about"],
         mill=mill,
-        liner=_liner(path, sections["liner"]),
-        ball=_ball(path, sections["ball"]),
-        material=_material(path, sections["material"]),
-        wall=_wall(path, sections["wall"], sections["ball"]["radius_m"]),
-        stiffness=scaling["stiffness"],
-        contacts=_contacts(path, sections["model"]),
+        liner=liner,
+        ball=ball,
+        material=material,
+        wall=wall,
+        stiffness=sections["scaling"]["stiffness"],
+        contacts=contacts,
         force=sections["model"]["force"],
-        time_factor=scaling["time_factor"],
-        time_exponent=scaling["time_exponent"],
-        friction_exponent=scaling["friction_exponent"],
-        parts=parts,
+        time_factor=sections["scaling"]["time_factor"],
+        time_exponent=sections["scaling"]["time_exponent"],
+        friction_exponent=sections["scaling"]["friction_exponent"],
+        parts=tuple(parts),
         ranks=sections["run"]["ranks"],
         jobs=sections["run"]["jobs"],
         output_budget=1e9 * sections["run"]["output_gb"],
@@ -74,8 +110,12 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     )
 
 
-def _wall(path: Path, wall: Section, ball_radius: float) -> Wall:
-    error = wall["chord_error_m"]
+def _name(path: Path, campaign: Section) -> str:
+    return campaign_name(path, "campaign.name", campaign["name"])
+
+
+def _wall(path: Path, wall: Section, ball: Section) -> Wall:
+    error, ball_radius = wall["chord_error_m"], ball["radius_m"]
     if error is not None and error >= ball_radius:
         raise CampaignError(
             path, "wall.chord_error_m", f"got {error:g}, as large as a ball", f"< {ball_radius:g}"
@@ -173,9 +213,12 @@ def _meant(mill: Section, key: str, forms: Forms) -> str:
     return ""
 
 
-def _liner(path: Path, liner: Section) -> LinerShape:
+def _liner(path: Path, liner: Section, mill: Section) -> LinerShape:
     lifters = liner["lifters"]
-    shape = ("lifter_top_radius_m", "lifter_top_width_m", "groove_width_m", "face_angle_deg")
+    shape = (
+        *("lifter_top_radius_m", "lifter_height_m", "lifter_top_width_m", "groove_width_m"),
+        "face_angle_deg",
+    )
     if lifters == 0:
         for key in shape:
             if liner[key] is not None:
@@ -183,16 +226,39 @@ def _liner(path: Path, liner: Section) -> LinerShape:
                     path, f"liner.{key}", "given for a plain drum", "no such key with lifters = 0"
                 )
         return LinerShape(0, 0.0, 0.0, 0.0, None, math.radians(liner["phase_deg"]))
-    for key in shape[:2]:
-        if liner[key] is None:
-            raise CampaignError(path, f"liner.{key}", "missing", f"needed with lifters = {lifters}")
-    return LinerShape(
-        lifters,
-        liner["lifter_top_radius_m"],
-        liner["lifter_top_width_m"],
-        *_foot(path, liner),
-        math.radians(liner["phase_deg"]),
-    )
+    mistakes = Mistakes()
+    top_radius, foot = None, None
+    with mistakes.collected():
+        top_radius = _top_radius(path, liner, mill["radius_m"])
+    with mistakes.collected():
+        if liner["lifter_top_width_m"] is None:
+            accepted = f"needed with lifters = {lifters}"
+            raise CampaignError(path, "liner.lifter_top_width_m", "missing", accepted)
+    with mistakes.collected():
+        foot = _foot(path, liner)
+    mistakes.raise_all()
+    assert top_radius and foot  # or a mistake
+    phase = math.radians(liner["phase_deg"])
+    return LinerShape(lifters, top_radius, liner["lifter_top_width_m"], *foot, phase)
+
+
+def _top_radius(path: Path, liner: Section, radius: float) -> float:
+    """Return r of the lifter tops [m], from itself or from the height R - r, which must agree."""
+    forms = {
+        "lifter_top_radius_m": lambda value: radius - value,
+        "lifter_height_m": lambda value: value,
+    }
+    height = resolve(liner, forms, "m of lifter height", (path, "liner"))
+    if height is None:
+        accepted = f"it or lifter_height_m, needed with lifters = {liner['lifters']}"
+        raise CampaignError(path, "liner.lifter_top_radius_m", "missing", accepted)
+    given: float | None = liner["lifter_top_radius_m"]
+    if given is not None:
+        return given
+    if height >= radius:
+        cause = f"got {height:g} in a mill of mill.radius_m = {radius:g}"
+        raise CampaignError(path, "liner.lifter_height_m", cause, f"< {radius:g}")
+    return radius - height
 
 
 def _foot(path: Path, liner: Section) -> tuple[float | None, float | None]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from millscale import _core
 from millscale.campaign.contacts import ContactOptions
+from millscale.campaign.lines import Places
 from millscale.runs.case_file import Kind, WallKind
 
 
@@ -150,6 +151,7 @@ class Campaign:
         ranks, jobs: None leaves the number to the machine.
         output_budget: disk that a case may take [bytes].
         warnings: about values that are not used, or unusual.
+        places: lines of the keys in the file, for later mistakes.
     """
 
     file: Path
@@ -171,3 +173,4 @@ class Campaign:
     jobs: int | None
     output_budget: float
     warnings: tuple[str, ...]
+    places: Places = field(default_factory=Places, compare=False, repr=False)

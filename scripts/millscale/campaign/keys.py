@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
 from millscale.campaign.contacts import DAMPINGS, PRECISIONS, SURFACES
+from millscale.campaign.units import UNITS, split_unit
 from millscale.runs.case_file import Kind
 
 
@@ -42,6 +44,20 @@ SIZES: Final = {
     "_s": (1e-12, 1e9),
     "": (1e-9, 1e9),
 }
+
+
+def size_range(key: str) -> tuple[float, float]:
+    """Return the smallest and largest size that a key accepts, in the unit that ends the key."""
+    suffix = split_unit(key)[1]
+    if suffix in SIZES or suffix not in UNITS:
+        return SIZES.get(suffix, SIZES[""])
+    unit = UNITS[suffix]
+    for other, sizes in SIZES.items():
+        si = UNITS.get(other)
+        if si and si.dimension == unit.dimension and si.numerator == si.denominator:
+            factor = unit.denominator / unit.numerator
+            return sizes[0] * factor, sizes[1] * factor
+    return SIZES[""]
 
 
 @dataclass(frozen=True)
@@ -81,6 +97,20 @@ class Key:
         elif self.type != "text" or not words:
             words = [f"{what} {' and '.join(bounds)}".strip(), *words]
         return ("a list of " if self.many else "") + " or ".join(words)
+
+
+@dataclass(frozen=True)
+class Table:
+    """An array of tables, such as `[[ball.class]]`; every entry has these keys.
+
+    Attributes:
+        meaning: what an entry is, for the reference and the messages.
+        most: entries accepted.
+    """
+
+    meaning: str
+    keys: Mapping[str, Key]
+    most: int = 1000
 
 
 def _positive(meaning: str, default: Any = None) -> Key:
@@ -156,6 +186,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "liner": {
         "lifters": Key("integer", "number of lifters, 0: a plain drum", 0, least=0, most=1000),
         "lifter_top_radius_m": _positive("r, from the axis to the lifter tops [m]"),
+        "lifter_height_m": _positive("the same as height of the lifters, R - r [m]"),
         "lifter_top_width_m": _positive("D1, width of a lifter top [m]"),
         "groove_width_m": _positive("D2, chord of a groove at the liner [m]"),
         "face_angle_deg": Key(
@@ -303,3 +334,9 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
 }  # fmt: skip
 
 REQUIRED_SECTIONS: Final = ("mill", "ball", "material")
+# Sections whose defaults stand where they are left out.
+OPTIONAL: Final = ("campaign", "liner", "scaling", "wall", "model", "run")
+
+# Arrays of tables: "ball.class" is [[ball.class]], "speed" is [[speed]]. The checked entries are a
+# tuple in the values of their section, or among the sections.
+TABLES: Final[dict[str, Table]] = {}

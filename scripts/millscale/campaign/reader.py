@@ -1,4 +1,4 @@
-"""Reads a campaign file into checked values: syntax, keys, types and ranges, one key at a time."""
+"""Reads a campaign file into checked values: syntax, keys, units, types and ranges."""
 
 from __future__ import annotations
 
@@ -11,9 +11,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from millscale.campaign.keys import REQUIRED, REQUIRED_SECTIONS, SECTIONS, SIZES, Key
-from millscale.campaign.units import split_unit
-from millscale.errors import CampaignError, nearest
+from millscale.campaign.keys import (
+    OPTIONAL,
+    REQUIRED,
+    REQUIRED_SECTIONS,
+    SECTIONS,
+    TABLES,
+    Key,
+    Table,
+    size_range,
+)
+from millscale.campaign.spellings import agree, spelling_of, spellings_of
+from millscale.campaign.units import AGREEMENT, split_unit
+from millscale.errors import CampaignError, Mistakes, nearest
 from millscale.runs.untrusted import RunFolderError, read_bytes
 
 # A campaign is a page of text; more than this is some other file.
@@ -39,43 +49,209 @@ _DECIMAL_COMMA = re.compile(
 Section = Mapping[str, Any]
 
 
-def checked_sections(path: Path, tree: Section) -> dict[str, Section]:
+def checked_sections(path: Path, tree: Section, mistakes: Mistakes) -> dict[str, Any]:
     """Return the checked sections of a campaign, defaults filled in; sections left out are absent.
+
+    A section with a mistake is absent too.
 
     Args:
         path: of the campaign file, for the messages.
         tree: its content, of `parse_toml`.
-
-    Raises:
-        CampaignError: unknown section or key, wrong type, value out of range.
+        mistakes: takes unknown sections and keys, wrong types and values out of range.
     """
     for name, content in tree.items():
-        if name not in SECTIONS:
-            raise unknown_word(path, name, "", SECTIONS)
-        if not isinstance(content, dict):
-            raise CampaignError(
-                path, name, f"got {_shown(content)}", f"a section, written [{name}]"
-            )
+        with mistakes.collected():
+            _check_section(path, name, content)
     for name in REQUIRED_SECTIONS:
         if name not in tree:
-            raise CampaignError(path, name, f"the section [{name}] is missing", _listed(SECTIONS))
-    optional = {"campaign", "liner", "scaling", "wall", "model", "run"}
-    names = [name for name in SECTIONS if name in tree or name in optional]
-    for name in names:
-        _refuse_unknown(path, name, tree.get(name, {}), SECTIONS[name])
-    return {name: _read_keys(path, name, tree.get(name, {}), SECTIONS[name]) for name in names}
+            cause = f"the section [{name}] is missing"
+            mistakes.found.append(CampaignError(path, name, cause, _listed(SECTIONS)))
+    read: dict[str, Any] = {}
+    for name, known in SECTIONS.items():
+        content = tree.get(name, {})
+        if isinstance(content, Mapping) and (name in tree or name in OPTIONAL):
+            with mistakes.collected():
+                read[name] = read_section(path, name, content, known, tables_of(name))
+    for name, table in tables_of("").items():
+        with mistakes.collected():
+            read[name] = read_table(path, name, table, tree.get(name, []))
+    return read
+
+
+def _check_section(path: Path, name: str, content: Any) -> None:
+    tables = tables_of("")
+    if name in tables:
+        return
+    if name not in SECTIONS:
+        raise unknown_word(path, name, "", {**SECTIONS, **tables})
+    if not isinstance(content, Mapping):
+        raise CampaignError(path, name, f"got {_shown(content)}", f"a section, written [{name}]")
+
+
+def tables_of(section: str) -> dict[str, Table]:
+    """Return the arrays of tables of a section, by their last word; of "", the top level's."""
+    found = {}
+    for name, table in TABLES.items():
+        own, _, word = name.rpartition(".")
+        if own == section:
+            found[word] = table
+    return found
 
 
 def read_section(
-    path: Path, section: str, content: Section, known: Mapping[str, Key]
+    path: Path,
+    section: str,
+    content: Section,
+    known: Mapping[str, Key],
+    tables: Mapping[str, Table] | None = None,
 ) -> dict[str, Any]:
-    """Return the checked values of one section, defaults filled in.
+    """Return the checked values of one section, defaults filled in, in the units of the keys.
+
+    Args:
+        tables: arrays of tables inside the section; each becomes a tuple of such values.
 
     Raises:
-        CampaignError: unknown or missing key, wrong type, value out of range.
+        CampaignError: unknown or missing keys, wrong types, values out of range; holds all.
     """
-    _refuse_unknown(path, section, content, known)
-    return _read_keys(path, section, content, known)
+    tables = tables or {}
+    mistakes = Mistakes()
+    plain = {word: value for word, value in content.items() if word not in tables}
+    respelled = _respelled(path, section, plain, known, mistakes)
+    values: dict[str, Any] = {}
+    for word in plain:
+        if word not in known and spelling_of(word, known) is None:
+            mistakes.found.append(unknown_word(path, word, section, {**known, **tables}))
+    for name, key in known.items():
+        where = f"{section}.{name}"
+        with mistakes.collected():
+            if name in respelled:
+                # A value that is not accepted is a mistake already.
+                values[name] = respelled[name]
+            elif key.default is REQUIRED:
+                raise CampaignError(path, where, "missing", f"{key.accepted()} ({key.meaning})")
+            else:
+                values[name] = key.default
+    for name, table in tables.items():
+        with mistakes.collected():
+            values[name] = read_table(path, f"{section}.{name}", table, content.get(name, []))
+    mistakes.raise_all()
+    return values
+
+
+def read_table(path: Path, name: str, table: Table, entries: Any) -> tuple[dict[str, Any], ...]:
+    """Return the checked entries of an array of tables; the first is called `name[1]`.
+
+    Raises:
+        CampaignError: not such an array, or mistakes in its entries; holds all.
+    """
+    written = f"[[{name}]]"
+    if not isinstance(entries, list) or not all(isinstance(one, Mapping) for one in entries):
+        cause = f"{table.meaning}: got {_shown(entries)}"
+        raise CampaignError(path, name, cause, f"tables, each written {written}")
+    if len(entries) > table.most:
+        cause = f"{table.meaning}: got {len(entries)}"
+        raise CampaignError(path, name, cause, f"at most {table.most} {written}")
+    mistakes, read = Mistakes(), []
+    for number, entry in enumerate(entries, 1):
+        with mistakes.collected():
+            read.append(read_section(path, f"{name}[{number}]", entry, table.keys))
+    mistakes.raise_all()
+    return tuple(read)
+
+
+def campaign_tree(path: Path) -> dict[str, Any]:
+    """Return the content of a campaign file, every value of a section under its declared key.
+
+    Raises:
+        CampaignError: not TOML, or a section with another spelling of a key holds mistakes.
+    """
+    return canonical_tree(path, parse_toml(path))
+
+
+def canonical_tree(path: Path, tree: Section, before: str = "") -> dict[str, Any]:
+    """Return sections of keys with every value under its declared key.
+
+    Unknown sections and keys stay as they are.
+
+    Args:
+        before: what the messages put before the keys.
+
+    Raises:
+        CampaignError: a section with another spelling of a key holds mistakes.
+    """
+    mistakes, result = Mistakes(), dict(tree)
+    for section, content in tree.items():
+        where = f"{before}{section}"
+        if section in TABLES:
+            result[section] = _canonical_entries(path, where, TABLES[section], content, mistakes)
+        elif section in SECTIONS and isinstance(content, Mapping):
+            result[section] = _canonical(path, where, content, SECTIONS[section], mistakes)
+            for word, table in tables_of(section).items():
+                if word in content:
+                    entries = _canonical_entries(
+                        path, f"{where}.{word}", table, content[word], mistakes
+                    )
+                    result[section][word] = entries
+    mistakes.raise_all()
+    return result
+
+
+def _canonical_entries(
+    path: Path, where: str, table: Table, entries: Any, mistakes: Mistakes
+) -> Any:
+    if not isinstance(entries, list):
+        return entries
+    return [
+        _canonical(path, f"{where}[{number}]", entry, table.keys, mistakes)
+        if isinstance(entry, Mapping)
+        else entry
+        for number, entry in enumerate(entries, 1)
+    ]
+
+
+def _canonical(
+    path: Path, where: str, content: Section, known: Mapping[str, Key], mistakes: Mistakes
+) -> dict[str, Any]:
+    spelled = {word: to for word in content if (to := spelling_of(word, known))}
+    kept = {word: value for word, value in content.items() if word not in spelled}
+    if spelled:
+        values = _respelled(path, where, content, known, mistakes)
+        for name in (spelling.canonical for spelling in spelled.values()):
+            kept[name] = list(values[name]) if isinstance(values[name], tuple) else values[name]
+    return kept
+
+
+def _respelled(
+    path: Path, section: str, content: Section, known: Mapping[str, Key], mistakes: Mistakes
+) -> dict[str, Any]:
+    """Return the accepted values under their declared keys; None where a value is a mistake."""
+    values: dict[str, Any] = {}
+    first: dict[str, str] = {}
+    # The declared key comes first: another spelling must agree with it.
+    for word in sorted(content, key=lambda word: word not in known):
+        spelling = spelling_of(word, known)
+        if word not in known and spelling is None:
+            continue
+        name = spelling.canonical if spelling else word
+        value = None
+        with mistakes.collected():
+            key = spelling.key if spelling else known[word]
+            value = read_value(path, f"{section}.{word}", key, content[word])
+            value = spelling.to_canonical(value) if spelling else value
+            if values.get(name) is not None and not agree(values[name], value):
+                one, other = first[name], f"{name} = {_short(values[name])}"
+                if one != name:
+                    other = f"{one} = {_shown(content[one])} is {other}"
+                raise CampaignError(
+                    path,
+                    f"{section}.{word}",
+                    f"contradicts {one}: {word} = {_shown(content[word])} is {name} = "
+                    f"{_short(value)}, {other}",
+                    f"one of the two, or values that agree within {AGREEMENT:.1%}",
+                )
+        values.setdefault(name, value)
+        first.setdefault(name, word)
+    return values
 
 
 def parse_toml(path: Path) -> dict[str, Any]:
@@ -84,12 +260,29 @@ def parse_toml(path: Path) -> dict[str, Any]:
     Raises:
         CampaignError: unreadable, too large, or not TOML.
     """
+    return parse_text(path, read_text(path))
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a campaign file.
+
+    Raises:
+        CampaignError: unreadable, too large, or not UTF-8.
+    """
     try:
         # A person may name a link.
         content = read_bytes(path, LARGEST_FILE_BYTES, "", follow=True)
     except RunFolderError as error:
         raise CampaignError(path, "", error.cause, "a TOML file of a page or so") from None
-    text = _text(path, content)
+    return _text(path, content)
+
+
+def parse_text(path: Path, text: str) -> dict[str, Any]:
+    """Return the content of a TOML text.
+
+    Raises:
+        CampaignError: not TOML, with the line; the parser stops at the first mistake.
+    """
     if found := _LONG_KEY.search(text):
         cause = f"a key of over 20 parts {_place(text, found.start())}"
         raise CampaignError(path, "", cause, "[section] and key = value")
@@ -121,18 +314,20 @@ def _not_toml(path: Path, text: str, cause: str) -> CampaignError:
     number = int(stopped[1]) if stopped else 0
     line = text.split("\n")[number - 1] if number else ""
     start = sum(len(x) + 1 for x in text.split("\n")[: number - 1])
+
+    def error(cause: str, accepted: str) -> CampaignError:
+        return CampaignError(path, "", f"not TOML: {cause}", accepted, number or None)
+
     if found := _DECIMAL_COMMA.match(line):
         said = f"{found[1]} {_place(text, start + found.start(1))}, with a decimal comma"
-        accepted = f"a decimal point, {found[1].replace(',', '.')}"
-        return CampaignError(path, "", f"not TOML: {said}", accepted)
+        return error(said, f"a decimal point, {found[1].replace(',', '.')}")
     for column, character in enumerate(line):
         plain = _TYPED_FOR.get(character) or unicodedata.normalize("NFKC", character)
         if character.isascii() or not plain.isascii():
             continue
         name = unicodedata.name(character, f"character {ord(character):#x}").lower()
-        said = f"{name} {_place(text, start + column)}"
-        return CampaignError(path, "", f"not TOML: {said}", _SAID_OF.get(plain, plain))
-    return CampaignError(path, "", f"not TOML: {cause}", "TOML 1.0, toml.io/en/v1.0.0")
+        return error(f"{name} {_place(text, start + column)}", _SAID_OF.get(plain, plain))
+    return error(cause, "TOML 1.0, toml.io/en/v1.0.0")
 
 
 def _place(text: str, index: int) -> str:
@@ -142,38 +337,20 @@ def _place(text: str, index: int) -> str:
 
 
 def unknown_word(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
-    """Return the error of an unknown section or key, naming the nearest known one and its unit."""
-    key = f"{section}.{word}" if section else word
+    """Return the error of an unknown section or key, naming the nearest known one and its units."""
+    where = f"{section}.{word}" if section else word
     quantity, unit = split_unit(word)
-    siblings = [name for name in known if unit and split_unit(name)[0] == quantity]
-    near = siblings[0] if siblings else nearest(word, known)
-    cause = "unknown key" if section else "unknown section"
-    if siblings:
-        cause = f"wrong unit '{unit[1:]}'"
-    return CampaignError(
-        path, key, cause + (f", nearest is {near}" if near else ""), _listed(known)
-    )
-
-
-def _refuse_unknown(path: Path, section: str, content: Section, known: Mapping[str, Key]) -> None:
-    for word in content:
-        if word not in known:
-            raise unknown_word(path, word, section, known)
-
-
-def _read_keys(
-    path: Path, section: str, content: Section, known: Mapping[str, Key]
-) -> dict[str, Any]:
-    values = {}
+    spelled = {name: [name] for name in known}
     for name, key in known.items():
-        where = f"{section}.{name}"
-        if name in content:
-            values[name] = read_value(path, where, key, content[name])
-        elif key.default is REQUIRED:
-            raise CampaignError(path, where, "missing", f"{key.accepted()} ({key.meaning})")
-        else:
-            values[name] = key.default
-    return values
+        spelled[name] += spellings_of(name, key) if isinstance(key, Key) else []
+    for some in spelled.values():
+        if unit and word.lower() not in some and quantity in {split_unit(one)[0] for one in some}:
+            cause = f"wrong unit '{unit[1:]}', nearest is {some[0]}"
+            return CampaignError(path, where, cause, ", ".join(some))
+    words = [one for some in spelled.values() for one in some]
+    near = word.lower() if word.lower() in words else nearest(word, words)
+    cause = ("unknown key" if section else "unknown section") + (near and f", nearest is {near}")
+    return CampaignError(path, where, cause, _listed(known))
 
 
 def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
@@ -216,7 +393,7 @@ def _read_one(path: Path, where: str, key: Key, value: Any) -> Any:
             raise _refused(path, where, key, value)
         if key.type == "integer":
             return value
-        smallest, largest = SIZES.get(split_unit(where)[1], SIZES[""])
+        smallest, largest = size_range(where)
         if number != 0.0 and not smallest <= abs(number) <= largest:
             cause = f"got {_shown(value)}, beyond what a mill has and arithmetic bears"
             raise CampaignError(path, where, cause, f"{smallest:g} to {largest:g}")
@@ -256,6 +433,13 @@ def _shown(value: Any) -> str:
         return f"a number of {value.bit_length()} bits"
     text = f'"{value}"' if isinstance(value, str) else repr(value)
     return text if len(text) <= SHOWN_CHARACTERS else text[: SHOWN_CHARACTERS - 3] + "..."
+
+
+def _short(value: Any) -> str:
+    """Return a value of a key, or several, with numbers to six digits."""
+    if isinstance(value, tuple):
+        return _shown([float(f"{one:.6g}") if isinstance(one, float) else one for one in value])
+    return f"{value:.6g}" if isinstance(value, float) else _shown(value)
 
 
 def _listed(known: Mapping[str, object]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
 
 from millscale import _core
 from millscale.errors import CampaignError
@@ -11,17 +13,60 @@ from millscale.errors import CampaignError
 # Alternatives may differ by their rounding, not by more: 1 rad/s and 9.55 rpm agree to 0.006 %.
 AGREEMENT = 1e-3
 
-# From the most specific unit to the least: no unit may be taken for part of a longer one.
-UNIT_SUFFIXES = (
-    "_kg_m3", "_m_s2", "_rad_s", "_percent", "_rpm", "_rad", "_deg", "_kpa", "_mpa", "_gpa",
-    "_pa", "_hz", "_mm", "_cm", "_um", "_km", "_ms", "_us", "_min", "_kg", "_g", "_m", "_s",
-)  # fmt: skip
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit at the end of a key: a number in it times `numerator` / `denominator` is in SI.
+
+    Two whole numbers keep a length in mm the double that its number in metres would be.
+    """
+
+    dimension: str
+    numerator: float = 1
+    denominator: float = 1
+
+
+UNITS: Final[dict[str, Unit]] = {
+    "_m": Unit("length"),
+    "_mm": Unit("length", 1, 1000),
+    "_cm": Unit("length", 1, 100),
+    "_um": Unit("length", 1, 10**6),
+    "_km": Unit("length", 1000),
+    "_in": Unit("length", 254, 10**4),
+    "_ft": Unit("length", 3048, 10**4),
+    "_kg": Unit("mass"),
+    "_g": Unit("mass", 1, 1000),
+    "_t": Unit("mass", 1000),
+    "_kg_m3": Unit("density"),
+    "_g_cm3": Unit("density", 1000),
+    "_t_m3": Unit("density", 1000),
+    "_pa": Unit("pressure"),
+    "_kpa": Unit("pressure", 1000),
+    "_mpa": Unit("pressure", 10**6),
+    "_gpa": Unit("pressure", 10**9),
+    "_s": Unit("time"),
+    "_ms": Unit("time", 1, 1000),
+    "_us": Unit("time", 1, 10**6),
+    "_min": Unit("time", 60),
+    "_h": Unit("time", 3600),
+    "_rad": Unit("angle"),
+    "_deg": Unit("angle", math.pi, 180),
+    "_rad_s": Unit("rotation"),
+    "_rpm": Unit("rotation", math.tau, 60),
+    "_hz": Unit("rotation", math.tau),
+    "_deg_s": Unit("rotation", math.pi, 180),
+    "_m_s": Unit("velocity"),
+    "_m_s2": Unit("acceleration"),
+    "_percent": Unit("share", 1, 100),
+}
+# The longest first: no unit may be taken for part of a longer one.
+_BY_LENGTH: Final = sorted(UNITS, key=len, reverse=True)
 
 
 def split_unit(key: str) -> tuple[str, str]:
     """Return the quantity and unit suffix of a key: `radius_mm` is `radius` in `_mm`."""
     lower = key.lower()
-    for suffix in UNIT_SUFFIXES:
+    for suffix in _BY_LENGTH:
         if lower.endswith(suffix) and len(key) > len(suffix):
             return key[: -len(suffix)], suffix
     return key, ""

@@ -8,7 +8,7 @@ from typing import Any
 
 from msgspec import structs
 
-from millscale.campaign.campaign import Campaign
+from millscale.campaign.campaign import Campaign, CampaignPart
 from millscale.cases import sections as parts
 from millscale.cases.cost import wall_time
 from millscale.cases.deck_terms import deck_part, statements_of, terms_of
@@ -19,7 +19,7 @@ from millscale.cases.output_size import check_budget, output_bytes
 from millscale.cases.time_step import Step, steps_of
 from millscale.cases.wall_panels import wall_part
 from millscale.engine.code_version import installed_version
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, Mistakes
 from millscale.runs.case_digest import case_digest
 from millscale.runs.case_file import SCHEMA, Case, Predicted
 
@@ -33,13 +33,28 @@ def cases_of(campaign: Campaign) -> list[Case]:
 
     Raises:
         CampaignError: a planned mill is impossible, a case would write more than the budget of the
-            campaign, or two cases would have the same id.
+            campaign, or two cases would have the same id; holds the mistakes of all parts.
     """
-    cases = []
+    cases, mistakes = [], Mistakes()
     for part in campaign.parts:
-        mills = planned_mills(campaign, part)
-        for planned, step in zip(mills, steps_of(campaign, mills), strict=True):
+        with mistakes.collected():
+            cases += _part_cases(campaign, part)
+    # A mistake in one mill is mostly one in all: the first is stated.
+    mistakes.found = list({mistake.key: mistake for mistake in mistakes.found[::-1]}.values())
+    try:
+        mistakes.raise_all()
+    except CampaignError as error:
+        raise campaign.places.located(error) from None
+    return cases
+
+
+def _part_cases(campaign: Campaign, part: CampaignPart) -> list[Case]:
+    mills = planned_mills(campaign, part)
+    cases, mistakes = [], Mistakes()
+    for planned, step in zip(mills, steps_of(campaign, mills), strict=True):
+        with mistakes.collected():
             cases += _cases(campaign, planned, step)
+    mistakes.raise_all()
     for case in cases:
         check_budget(campaign.file, case, campaign.output_budget)
     seen: set[str] = set()
@@ -96,9 +111,14 @@ def _seeded(case: Case, planned: PlannedMill, seed: int) -> Case:
 def _case(campaign: Campaign, planned: PlannedMill, step: Step) -> Case:
     """Return the case of a planned mill without its id, seed and digest."""
     part = planned.part
-    time = parts.time_part(campaign, planned, step)
-    warned = check_mill(campaign, planned, step.limits)
-    ball = parts.ball_part(campaign, planned)
+    mistakes, warned = Mistakes(), []
+    with mistakes.collected():
+        warned = check_mill(campaign, planned, step.limits)
+    with mistakes.collected():
+        time = parts.time_part(campaign, planned, step)
+    with mistakes.collected():
+        ball = parts.ball_part(campaign, planned)
+    mistakes.raise_all()
     terms = terms_of(campaign, planned)
     given = part.charge
     case = Case(

@@ -8,7 +8,7 @@ from millscale.campaign.campaign import Campaign
 from millscale.campaign.parts import settling_time
 from millscale.cases.law import PlannedMill, scaled_liner
 from millscale.cases.time_step import Limits
-from millscale.errors import CampaignError
+from millscale.errors import CampaignError, Mistakes
 from millscale.packing.bed import LARGEST_OVERLAP
 
 # Mean overlap of the bed at rest over the ball radius. The largest is five to six times the mean
@@ -29,17 +29,19 @@ def check_mill(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list
     """Return the warnings about a planned mill, in words.
 
     Raises:
-        CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall.
+        CampaignError: its balls do not fit the grooves, are too soft, or have no time to fall;
+            holds all of it.
     """
-    grooves = _grooves(campaign, planned)
+    mistakes, warnings = Mistakes(), []
+    with mistakes.collected():
+        warnings += _grooves(campaign, planned)
     if planned.part.kind == "multi-ball":
-        _check_settling(campaign, planned)
-    return [
-        *grooves,
-        *_softness(campaign, planned, limits),
-        *_thin(campaign, planned),
-        *_short(planned),
-    ]
+        with mistakes.collected():
+            _check_settling(campaign, planned)
+    with mistakes.collected():
+        warnings += _softness(campaign, planned, limits)
+    mistakes.raise_all()
+    return [*warnings, *_thin(campaign, planned), *_short(planned)]
 
 
 def _grooves(campaign: Campaign, planned: PlannedMill) -> list[str]:

@@ -295,12 +295,13 @@ app.add_typer(validate, name="validate")
 
 
 def main() -> None:
-    """Run the command line; an error that the user can correct is one line and exit code 2."""
+    """Run the command line; a mistake that the user can correct is one line, exit code 2."""
     escape_unencodable()
     try:
         app(prog_name="millscale")
     except (CampaignError, PredictionError, RunFolderError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        for line in str(error).splitlines():
+            print(f"error: {line}", file=sys.stderr)
         sys.exit(EXIT_WRONG_INPUT)
     except EngineError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.comparison import curve_distances
 from millscale.campaign.build import campaign_of
 from millscale.campaign.keys import ADVISED, FRICTION_MATCHED
-from millscale.campaign.reader import parse_toml
+from millscale.campaign.reader import campaign_tree
 from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.engine.machine import CoreWish
@@ -79,7 +80,7 @@ class Mills:
     def campaign_text(self, exponents: Sequence[float]) -> str:
         """Return a campaign file of the reference with k = 0 and another, or of one k alone."""
         begins = 0.0 in exponents
-        tree = {name: dict(content) for name, content in self.tree.items()}
+        tree = deepcopy(self.tree)
         shown = ", ".join(f"{k:g}" for k in exponents)
         tree["campaign"] = {
             "name": "calibration",
@@ -268,7 +269,7 @@ def mills_of(file: Path, near: float | None = None, far: float | None = None) ->
     Raises:
         CampaignError: the campaign has no charge, or not two such mills.
     """
-    base = {name: dict(content) for name, content in parse_toml(file).items()}
+    base = campaign_tree(file)
     base.pop("single_ball", None)
     if "multi_ball" not in base:
         raise CampaignError(file, "multi_ball", "missing", "a charge, [multi_ball]")
@@ -296,7 +297,7 @@ def _charge(file: Path, tree: Tree) -> Case:
 
 def _at(base: Tree, S: float, scheme: str, count: int | None) -> Tree:
     """Return the campaign of one scaled mill of policy paper."""
-    tree = {name: dict(content) for name, content in base.items()}
+    tree = deepcopy(base)
     scaling, part = tree.setdefault("scaling", {}), tree["multi_ball"]
     for section in (scaling, part):
         for key in ("S", "scaled_radius_m", "schemes", "policies", "friction_exponent"):
@@ -316,7 +317,7 @@ def _as_physical(tree: Tree, case: Case, settling: float) -> Tree:
         case: the mill, every number of it resolved.
         settling: of the campaign's physical mill [s].
     """
-    tree = {name: dict(content) for name, content in tree.items()}
+    tree = deepcopy(tree)
     tree["mill"] = {
         "radius_m": case.mill.radius_m,
         "length_m": case.mill.length_m,

@@ -4,6 +4,7 @@ of several."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
@@ -11,7 +12,7 @@ from typing import TypeAlias
 from millscale.analysis.charge.steady import lifter_pitch
 from millscale.campaign.build import campaign_of
 from millscale.campaign.keys import FRICTION_MATCHED
-from millscale.campaign.reader import parse_toml
+from millscale.campaign.reader import campaign_tree
 from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.cases.cost import BUILT_IN, Rates, run_time
@@ -79,11 +80,11 @@ class PlannedMills:
     """
 
     def __init__(self, path: Path, rates: Rates = BUILT_IN) -> None:
-        base = parse_toml(path)
+        base = campaign_tree(path)
         if "multi_ball" not in base:
             raise CampaignError(path, "multi_ball", "missing", "a charge, [multi_ball]")
         self.path, self.rates = path, rates
-        self._base = {name: dict(part) for name, part in base.items() if name != "single_ball"}
+        self._base = deepcopy({name: base[name] for name in base if name != "single_ball"})
         self.is_precision_chosen = _choose_precision(self._base)
         self.case = case = _charges(path, self._base)[0]
         if case.policy == FRICTION_MATCHED:
@@ -174,7 +175,7 @@ class PlannedMills:
         return self._cases[key]
 
     def _tree(self, ratios: Sequence[float], size: RunSize) -> Tree:
-        tree = {name: dict(content) for name, content in self._base.items()}
+        tree = deepcopy(self._base)
         tree.pop("campaign", None)
         part, scaling = tree["multi_ball"], tree.setdefault("scaling", {})
         dropped = ("S", "scaled_radius_m", "slice_length_m", "schemes", "policies")

@@ -13,7 +13,13 @@ from typing import Any
 from millscale.campaign.build import NAME, campaign_name, campaign_of
 from millscale.campaign.campaign import Campaign
 from millscale.campaign.keys import REQUIRED, SECTIONS, Key
-from millscale.campaign.reader import parse_toml, read_section, unknown_word
+from millscale.campaign.reader import (
+    campaign_tree,
+    canonical_tree,
+    parse_toml,
+    read_section,
+    unknown_word,
+)
 from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.errors import CampaignError, nearest
@@ -105,7 +111,7 @@ def load_study(path: str | Path) -> StudyFile:
 
 
 def _base(path: Path, name: str) -> Tree:
-    base = parse_toml(path.parent / name)
+    base = campaign_tree(path.parent / name)
     if "multi_ball" not in base:
         cause = f"got {name}, which has no [multi_ball]"
         raise CampaignError(path, "study.base", cause, "the campaign of a charge")
@@ -128,7 +134,7 @@ def merged(path: Path, where: str, base: Tree, changes: Any) -> Tree:
             raise CampaignError(path, f"{where}.{WITHOUT}", cause, "SECTION.KEY of the base")
         del result[section][name]
     changes.pop(WITHOUT, None)
-    for name, content in changes.items():
+    for name, content in canonical_tree(path, changes, f"{where}: ").items():
         if name not in SECTIONS or name == LEFT_OUT:
             known = {key: None for key in SECTIONS if key != LEFT_OUT}
             raise unknown_word(path, name, where, known)
@@ -155,8 +161,12 @@ def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
         campaign = campaign_of(path, tree)
         cases = tuple(cases_of(campaign))
     except CampaignError as error:
-        key = f"{where}: {error.key}".rstrip(": ")
-        raise CampaignError(path, key, error.cause, error.accepted) from None
+
+        def of_setting(mistake: CampaignError) -> CampaignError:
+            key = f"{where}: {mistake.key}".rstrip(": ")
+            return CampaignError(path, key, mistake.cause, mistake.accepted)
+
+        raise error.each(of_setting) from None
     return Setting(name, about["about"], tree, campaign, cases)
 
 

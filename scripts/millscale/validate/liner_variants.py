@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from millscale.analysis.variants import markdown, variant_rows
-from millscale.campaign.reader import parse_toml
+from millscale.campaign.reader import campaign_tree
 from millscale.campaign.writer import Tree, toml_text
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError
@@ -48,7 +48,7 @@ def compare_variants(file: Path, runs: Path, console: Console) -> str:
     Raises:
         CampaignError: the campaign has no liner or no single ball, or a case failed.
     """
-    base = parse_toml(file)
+    base = campaign_tree(file)
     for section in ("liner", "scaling", "single_ball"):
         if section not in base:
             raise CampaignError(file, section, "missing", "the campaign of a single ball")
