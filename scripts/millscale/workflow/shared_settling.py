@@ -1,4 +1,4 @@
-"""Settled beds that several cases share, in DIR/settled/<key>/.
+"""Settled beds that several cases share, in DIR/settled/KEY/.
 
 Only gravity and size of the similarity law act on a mill at rest, so all schemes and policies with
 the same values share a bed. The folder holds copies and can be deleted at any time.
