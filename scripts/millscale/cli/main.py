@@ -115,6 +115,18 @@ def plan(file: Campaign, as_json: Json = False) -> None:
 
 
 @app.command()
+def schema() -> None:
+    """Print the JSON schema of campaign files, with which editors complete and check them.
+
+    Writes no file. Example: `millscale schema > campaign.schema.json`; the first line
+    `#:schema campaign.schema.json` of a campaign file names it.
+    """
+    from millscale.campaign.schema import schema_text
+
+    typer.echo(schema_text(), nl=False)
+
+
+@app.command()
 def generate(file: Campaign, runs: RunsOption) -> None:
     """Write a complete folder for each case, without running the engine.
 
