@@ -34,10 +34,16 @@ def test_a_shipped_campaign_is_accepted_named_like_its_file_and_in_the_guide(pat
     assert f"| `{path.stem}` | {len(plan_rows(campaign))} |" in GUIDE.read_text(encoding="utf-8")
 
 
+def unmeant(rows):
+    """Return the warnings but those of balls softened, or lifters low, on purpose."""
+    meant = ("impacts at", "lifters are")
+    return [text for row in rows for text in row["warnings"] if not text.startswith(meant)]
+
+
 @pytest.mark.parametrize("path", UNSEEN, ids=lambda path: path.stem)
-def test_an_unseen_mill_is_planned_without_warnings_and_its_physical_mill_under_one_policy(path):
+def test_an_unseen_mill_is_planned_as_meant_and_its_physical_mill_under_one_policy(path):
     rows = plan_rows(load_campaign(path))
-    assert all(row["warnings"] == [] for row in rows)
+    assert not unmeant(rows)
     assert {row["policy"] for row in rows if row["S"] == 1.0} == {"paper"}
     # Alike in all but the policy, with three seeds of the cheapest scaled mill.
     scaled = {
@@ -74,7 +80,7 @@ def test_the_papers_single_ball_campaign_has_six_mills_two_schemes_and_three_pol
     # The physical mill, S = 1, is the same for every policy.
     assert len(others) == 5 * 2 * 2
     assert all(row["rotation_angle_rad"] == 20.0 for row in rows)
-    assert all(row["warnings"] == [] for row in rows)
+    assert not unmeant(rows)
 
 
 def test_the_papers_multi_ball_campaign_warns_of_its_step_where_beds_are_deep():

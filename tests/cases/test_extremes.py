@@ -11,7 +11,8 @@ import pytest
 from millscale.campaign.build import campaign_of, load_campaign
 from millscale.campaign.keys import KINDS, SECTIONS, Key, size_range
 from millscale.errors import CampaignError
-from millscale.workflow.plan import plan_rows, render_plan
+from millscale.workflow.plan import plan_rows
+from millscale.workflow.plan_display import render_plan
 from paper_campaign import BASE, MULTI_BALL, campaign_text
 
 # For a key that is set to a limit: the keys that state the same quantity.
@@ -66,14 +67,15 @@ def is_planned(tree: dict) -> bool:
     """Return whether a campaign is planned in finite numbers; if not, assert a line for each
     mistake."""
     try:
-        rows = plan_rows(campaign_of(Path("ends.toml"), tree))
+        campaign = campaign_of(Path("ends.toml"), tree)
+        rows = plan_rows(campaign)
     except CampaignError as error:
         lines = str(error).splitlines()
         assert len(lines) == len(error.mistakes)
         assert all(line.startswith("ends.toml: ") for line in lines)
         return False
     json.dumps(rows, allow_nan=False)
-    render_plan(rows)
+    render_plan(campaign, rows)
     return True
 
 

@@ -1,14 +1,19 @@
 import csv
+import io
 import json
+import math
 import os
+import re
 import subprocess
 import sys
 
 import pytest
 from rich.console import Console
 
+from millscale import _core
 from millscale.campaign.build import load_campaign
-from millscale.workflow.plan import plan_rows, render_plan
+from millscale.workflow.plan import plan_rows
+from millscale.workflow.plan_display import render_plan
 from paper_campaign import CAMPAIGNS, MULTI_BALL, PAPER, write_campaign
 
 ROW_KEYS = {
@@ -154,23 +159,63 @@ def test_ten_thousand_single_balls_are_planned_in_ten_seconds(tmp_path):
     assert took < 10.0
 
 
+def shown(campaign, width=180, **options):
+    """Return the plan of a campaign in a terminal of a width."""
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(render_plan(campaign, plan_rows(campaign), **options))
+    return console.export_text()
+
+
 def test_plan_shows_the_time_of_all_cases_on_this_machine(tmp_path):
-    rows = plan_rows(load_campaign(many(tmp_path, 10)))
-    console = Console(width=180, record=True, file=(tmp_path / "screen").open("w"))
-    console.print(render_plan(rows))
-    assert "together about" in console.export_text()
+    text = shown(load_campaign(many(tmp_path, 10)))
+    assert "together about" in text and "of memory at most" in text
+
+
+def test_the_plan_leads_with_the_mill(tmp_path):
+    charge = {"filling": 0.27, "rotation_angle_rad": 8.0, "slice_diameters": 4.0}
+    campaign = load_campaign(write_campaign(tmp_path, single_ball=None, multi_ball=charge))
+    first = [line.rstrip() for line in shown(campaign).splitlines()[:3]]
+    # The balls of the whole mill, J (1 - 0.4) A L / V, and their mass, independently.
+    area = _core.Lifters(3.9, 3.61, 0.25, 0.635, 25).area
+    volume = 4.0 / 3.0 * math.pi * 0.02**3
+    count = 0.27 * 0.6 * area / volume
+    assert first[0] == "mill    D 7.8 m, L 1 m inside the liner; 25 lifters 290 mm high"
+    assert first[1] == "speed   9.549 rpm, 62.9 % of critical, Fr 0.398"
+    found = re.fullmatch(
+        r"charge  J 0\.27: ([\d,]+) balls, ([\d.]+) t, of 40 mm, 2,678 kg/m\^3", first[2]
+    )
+    # The slice has whole balls.
+    assert int(found[1].replace(",", "")) == pytest.approx(count, rel=1e-4)
+    assert float(found[2]) == pytest.approx(1e-3 * count * volume * 2678.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("path", sorted(CAMPAIGNS.glob("[!s]*.toml")), ids=lambda path: path.stem)
+def test_a_plan_fits_80_columns(path):
+    text = shown(load_campaign(path), width=80)
+    # Rich cuts what does not fit, with an ellipsis.
+    assert "…" not in text
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
+    ids = {re.sub(r"-seed\d+$", "", row["id"]) for row in plan_rows(load_campaign(path))}
+    assert ids == {line.split()[0] for line in text.splitlines() if re.match("[sm]b-", line)}
+
+
+def test_seeds_of_a_mill_are_one_row_and_details_show_each(tmp_path):
+    campaign = load_campaign(many_seeds(tmp_path, 3))
+    short, whole = shown(campaign), shown(campaign, details=True)
+    row = next(line for line in short.splitlines() if line.startswith("mb-cg-paper-S2.600"))
+    assert row.split()[:2] == ["mb-cg-paper-S2.600", "3"]
+    assert all(f"mb-cg-paper-S2.600-seed{seed} " in whole for seed in range(3))
+    assert "dt/T_R" in whole and "dt/T_R" not in short
 
 
 def test_rendered_plan_shows_every_case_its_warnings_and_omitted_terms(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "step_s": 2e-4}
-    path = write_campaign(tmp_path, multi_ball=charge)
-    rows = plan_rows(load_campaign(path))
-    console = Console(width=180, record=True, file=(tmp_path / "screen").open("w"))
-    console.print(render_plan(rows))
-    text = console.export_text()
-    for row in rows:
+    campaign = load_campaign(write_campaign(tmp_path, multi_ball=charge))
+    text = shown(campaign, details=True)
+    for row in plan_rows(campaign):
         assert row["id"] in text
     assert "warning mb-cg-paper-S1.000" in text
     assert "left out:" in text
     assert "air drag" in text
     assert "pair style, neighbour list, ghost balls: a single ball has no other to touch" in text
+    assert "left out:" not in shown(campaign)

@@ -106,7 +106,11 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         ranks=sections["run"]["ranks"],
         jobs=sections["run"]["jobs"],
         output_budget=1e9 * sections["run"]["output_gb"],
-        warnings=(*_unused(sections["liner"]), *_slow(sections["mill"], mill, sections["ball"])),
+        warnings=(
+            *_unused(sections["liner"]),
+            *_slow(sections["mill"], mill, sections["ball"]),
+            *_light(ball),
+        ),
     )
 
 
@@ -185,6 +189,10 @@ MISTAKEN = {
     "speed_rpm": ("speed_rad_s", "rad/s typed as rpm"),
     "speed_rad_s": ("speed_rpm", "rpm typed as rad/s"),
 }
+# A percentage below this is more likely a share: mills run at 0.5 to 1.2 of the critical speed.
+LARGEST_SHARE = 1.5
+# Lighter balls [kg/m^3] are more likely a density in g/cm^3: 7.8 for steel.
+LIGHT_KG_M3 = 500.0
 # Below this share of the critical speed [%] hardly any mill is run: a slip is more likely.
 SLOW_PERCENT = 10.0
 
@@ -200,10 +208,21 @@ def _slow(mill: Section, built: Mill, ball: Section) -> tuple[str, ...]:
     return (f"mill.{key} = {mill[key]:g} is {share:.2g} % of the critical speed{meant}",)
 
 
+def _light(ball: Ball) -> tuple[str, ...]:
+    """Warn of balls lighter than those of any mill."""
+    if ball.density >= LIGHT_KG_M3:
+        return ()
+    text = f"balls of {ball.density:g} kg/m^3 are lighter than those of any mill"
+    if 1000.0 * ball.density >= LIGHT_KG_M3:
+        text += f"; g/cm^3 typed as kg/m^3? density_g_cm3 = {ball.density:g} would be "
+        text += f"{1000.0 * ball.density:g} kg/m^3"
+    return (text,)
+
+
 def _meant(mill: Section, key: str, forms: Forms) -> str:
     """Ask whether the number of a speed was meant as another that makes an ordinary mill."""
     critical = forms["percent_of_critical"](100.0)
-    if key == "percent_of_critical" and mill[key] <= 1.0:
+    if key == "percent_of_critical" and mill[key] < LARGEST_SHARE:
         return f"; a share typed as percent? {100.0 * mill[key]:g} would be that"
     if key in MISTAKEN:
         other, question = MISTAKEN[key]

@@ -84,7 +84,9 @@ def _array(table: Table) -> Schema:
 def _value(key: Key, in_unit_of: str = "") -> Schema:
     """Return the schema of a key, or with `in_unit_of` of its other spellings."""
     one = _one(key, bool(in_unit_of))
-    value = {"anyOf": [one, {"type": "array", "items": one}]} if key.many else dict(one)
+    value: Schema = dict(one)
+    if key.many:
+        value = {"anyOf": [one, {"type": "array", "items": one}]}
     if in_unit_of:
         return value | {"description": f"{in_unit_of} in another unit: {key.meaning}"}
     value["description"] = key.meaning

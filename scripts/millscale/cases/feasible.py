@@ -9,6 +9,7 @@ from millscale.campaign.parts import settling_time
 from millscale.cases.law import PlannedMill, scaled_liner
 from millscale.cases.time_step import Limits
 from millscale.errors import CampaignError, Mistakes
+from millscale.formats import rounded_up
 from millscale.packing.bed import LARGEST_OVERLAP
 
 # Mean overlap of the bed at rest over the ball radius. The largest is five to six times the mean
@@ -90,7 +91,7 @@ def _softness(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list[
     """Return the overlaps at rest and in the fastest impact, over the ball radius."""
     radius = campaign.ball.radius
     at_rest = limits.overlap / radius
-    stiffer = _rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
+    stiffer = rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
     said = (
         f"at rest balls overlap by {at_rest:.3g} of their radius on average, at S = {planned.S:g}"
     )
@@ -110,7 +111,7 @@ def _softness(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list[
     impact = limits.collision * limits.impact_speed / 2.94 / radius
     if impact > LARGEST_OVERLAP:
         # The overlap of a Hertz impact goes as E^(-2/5).
-        stiffer = _rounded_up(campaign.material.youngs_modulus * (impact / LARGEST_OVERLAP) ** 2.5)
+        stiffer = rounded_up(campaign.material.youngs_modulus * (impact / LARGEST_OVERLAP) ** 2.5)
         return [
             f"impacts at {limits.impact_speed:.3g} m/s overlap by {impact:.2g} of the ball radius: "
             f"too soft for Hertz contacts above {LARGEST_OVERLAP}, which a youngs_modulus_pa of "
@@ -134,7 +135,7 @@ def _check_settling(campaign: Campaign, planned: PlannedMill) -> None:
         "multi_ball.settle_s",
         f"got {planned.part.wait:g}: at S = {planned.S:g} a ball falls by {fall:.3g} m meanwhile, "
         f"{fall / radius:.2g} of its radius, so that the bed hangs in the air",
-        f">= {_rounded_up(least):g}; usual is {usual:.2g}",
+        f">= {rounded_up(least):g}; usual is {usual:.2g}",
     )
 
 
@@ -161,12 +162,6 @@ def _short(planned: PlannedMill) -> list[str]:
         f"{START_UP:g} rad; for means of the steady state give rotation_angle_rad = "
         f"{math.ceil(LEAST_ROTATION):g} or more"
     ]
-
-
-def _rounded_up(value: float) -> float:
-    """Return a positive number to two digits, not below it."""
-    power = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return math.ceil(value / power - 1e-9) * power
 
 
 def _largest_radius(campaign: Campaign, planned: PlannedMill) -> float:

@@ -98,20 +98,31 @@ def options(
 
 
 @app.command()
-def plan(file: Campaign, as_json: Json = False) -> None:
-    """Show the cases of a campaign: derived numbers, limits of the time step, cost.
+def plan(
+    file: Campaign,
+    as_json: Json = False,
+    details: Annotated[
+        bool,
+        typer.Option(
+            "--details", help="Add every derived number, and what is modelled and left out."
+        ),
+    ] = False,
+) -> None:
+    """Show the mill of a campaign, its cases, their time and memory, and what is unusual.
 
-    Writes no file. Example: `millscale plan campaigns/paper-single-ball.toml --json`
+    Writes no file. Example: `millscale plan campaigns/paper-single-ball.toml --details`
     """
     from millscale.campaign.build import load_campaign
-    from millscale.workflow.plan import plan_rows, render_plan
+    from millscale.workflow.plan import plan_rows
+    from millscale.workflow.plan_display import render_plan
 
-    rows = plan_rows(load_campaign(file))
+    campaign = load_campaign(file)
+    rows = plan_rows(campaign)
     if as_json:
         # One line for each case: indentation is slow, and there may be ten thousand cases.
         typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
-        print_whole(render_plan(rows))
+        print_whole(render_plan(campaign, rows, details))
 
 
 @app.command()
