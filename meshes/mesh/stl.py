@@ -63,15 +63,26 @@ def read_stl(path, precision=NODE_PRECISION_M):
 
 
 def _is_text(data):
-    # Some binary files also begin with "solid"; a text file has facets.
-    return data[:5] == b"solid" and b"facet" in data[:1024]
+    # Some binary files also begin with "solid": their size follows from their number of triangles.
+    if len(data) >= _BINARY_HEADER and len(data) == _binary_bytes(data):
+        return False
+    return data[:5].lower() == b"solid" and b"facet" in data[:1024].lower()
+
+
+def _binary_bytes(data):
+    """Size of a binary file by the number of triangles in its header [bytes]."""
+    count = struct.unpack_from("<I", data, _BINARY_HEADER - 4)[0]
+    return _BINARY_HEADER + count * _BINARY_RECORD.itemsize
 
 
 def _text_corners(path, data):
-    words = data.split()
+    words = data.lower().split()
     at = [i for i, word in enumerate(words) if word == b"vertex"]
     if len(at) % 3 or (at and at[-1] + 3 >= len(words)):
         raise ValueError(f"{path}: {len(at)} vertices, a multiple of 3 is needed; file cut short?")
+    if b"endsolid" not in words[at[-1] if at else 0 :]:
+        line = data.count(b"\n") + 1
+        raise ValueError(f"{path}: cut short: no endsolid after line {line:,}")
     try:
         values = [float(word) for i in at for word in words[i + 1 : i + 4]]
     except ValueError as error:
@@ -80,10 +91,8 @@ def _text_corners(path, data):
 
 
 def _binary_corners(path, data):
-    count = (
-        struct.unpack_from("<I", data, _BINARY_HEADER - 4)[0] if len(data) >= _BINARY_HEADER else 0
-    )
-    needed = _BINARY_HEADER + count * _BINARY_RECORD.itemsize
+    needed = _binary_bytes(data) if len(data) >= _BINARY_HEADER else _BINARY_HEADER
+    count = (needed - _BINARY_HEADER) // _BINARY_RECORD.itemsize
     if count == 0 or len(data) < needed:
         raise ValueError(
             f"{path}: neither text STL nor binary STL with {count} triangles ({needed} bytes), "

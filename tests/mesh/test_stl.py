@@ -14,7 +14,9 @@ def mesh(physical):
 def write_binary(path, corners):
     records = np.zeros(len(corners), _BINARY_RECORD)
     records["corners"] = corners
-    path.write_bytes(b"solid".ljust(80) + np.uint32(len(corners)).tobytes() + records.tobytes())
+    path.write_bytes(
+        b"solid facet".ljust(80) + np.uint32(len(corners)).tobytes() + records.tobytes()
+    )
 
 
 def test_text_round_trip_keeps_every_bit(mesh, tmp_path):
@@ -37,6 +39,13 @@ def test_begins_with_solid_as_the_engine_expects_of_text(mesh, tmp_path):
     lines = (tmp_path / "liner.stl").read_text().splitlines()
     assert lines[0].split()[0] == "solid"
     assert len(lines) == 2 + 7 * len(mesh.triangles)
+
+
+def test_text_in_upper_case_is_text(mesh, tmp_path):
+    path = tmp_path / "liner.stl"
+    write_stl(path, mesh)
+    path.write_text(path.read_text().upper())
+    assert_array_equal(read_stl(path).corners, mesh.corners)
 
 
 def test_binary_files_are_read_in_their_precision(mesh, tmp_path):
@@ -62,9 +71,10 @@ def test_corners_within_the_precision_become_one_node(mesh, tmp_path):
     [
         (b"", "neither text STL nor binary"),
         (b"solid x\nfacet\nvertex 0 0\n", "multiple of 3"),
-        (b"solid x\nfacet\nvertex 0 0 zero\nvertex 0 0 1\nvertex 0 1 1\nend", "three numbers"),
+        (b"solid x\nfacet\nvertex 0 0 zero\nvertex 0 0 1\nvertex 0 1 1\nendsolid", "three numbers"),
+        (b"solid x\nfacet\nvertex 0 0 0\nvertex 0 0 1\nvertex 0 1 1\n", "cut short: no endsolid"),
         (b"solid x\nfacet\nendsolid x\n", "no triangle"),
-        (b"solid x\nfacet\nvertex 0 0 nan\nvertex 0 0 1\nvertex 0 1 1\nend", "finite"),
+        (b"solid x\nfacet\nvertex 0 0 nan\nvertex 0 0 1\nvertex 0 1 1\nendsolid", "finite"),
         (b"\0" * 80 + b"\1\0\0\0" + b"\0" * 49, "1 triangles"),
     ],
 )

@@ -10,14 +10,25 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from millscale import _core
-from millscale.campaign.campaign import Ball, Campaign, LinerShape, Material, Mill, Wall
+from millscale.campaign.campaign import (
+    Ball,
+    Campaign,
+    Liner,
+    LinerShape,
+    LinerState,
+    Material,
+    Mill,
+    Wall,
+)
 from millscale.campaign.contacts import ContactOptions
 from millscale.campaign.keys import FRICTION_MATCHED, KINDS
+from millscale.campaign.liner_part import build_liner, build_states
 from millscale.campaign.lines import Places
 from millscale.campaign.parts import build_part
 from millscale.campaign.reader import checked_sections, parse_text, read_text
 from millscale.campaign.units import resolve, speed_forms
 from millscale.errors import CampaignError, Mistakes
+from millscale.liner.given import Given
 
 Built = TypeVar("Built")
 Section = Mapping[str, Any]
@@ -64,7 +75,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
 
     name = built(_name, "campaign")
     mill = built(_mill, "mill", "ball")
-    liner = built(_liner, "liner", "mill")
+    liner_and_states = built(_liner, "liner", "mill")
     ball = built(_ball, "ball")
     material = built(_material, "material")
     wall = built(_wall, "wall", "ball")
@@ -86,13 +97,17 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         with mistakes.collected():
             _check_friction_exponent(path, scaling, policies)
     mistakes.raise_all()
-    assert name and mill and liner and ball and material and wall and contacts  # or a mistake
+    assert (
+        name and mill and liner_and_states and ball and material and wall and contacts
+    )  # or a mistake
+    liner, states = liner_and_states
     return Campaign(
         file=path,
         name=name,
         about=sections["campaign"]["about"],
         mill=mill,
         liner=liner,
+        states=states,
         ball=ball,
         material=material,
         wall=wall,
@@ -107,6 +122,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         jobs=sections["run"]["jobs"],
         output_budget=1e9 * sections["run"]["output_gb"],
         warnings=(
+            *_of_file(liner),
             *_unused(sections["liner"]),
             *_slow(sections["mill"], mill, sections["ball"]),
             *_light(ball),
@@ -232,7 +248,19 @@ def _meant(mill: Section, key: str, forms: Forms) -> str:
     return ""
 
 
-def _liner(path: Path, liner: Section, mill: Section) -> LinerShape:
+def _liner(path: Path, liner: Section, mill: Section) -> tuple[Liner, tuple[LinerState, ...]]:
+    """Return the liner, of the first state if there are several, and the states."""
+    states = build_states(path, liner, mill)
+    shape = build_liner(path, liner, mill)
+    if states:
+        if shape is not None:
+            cause = "given beside [[liner.state]]"
+            raise CampaignError(path, "liner.profile", cause, "a profile in each state instead")
+        return states[0].liner, states
+    return shape or _trapezoids(path, liner, mill), ()
+
+
+def _trapezoids(path: Path, liner: Section, mill: Section) -> LinerShape:
     lifters = liner["lifters"]
     shape = (
         *("lifter_top_radius_m", "lifter_height_m", "lifter_top_width_m", "groove_width_m"),
@@ -298,6 +326,10 @@ def _foot(path: Path, liner: Section) -> tuple[float | None, float | None]:
             path, "liner.groove_width_m", f"and face_angle_deg {what}", "one of the two"
         )
     return width, None if angle is None else math.radians(angle)
+
+
+def _of_file(liner: Liner) -> tuple[str, ...]:
+    return liner.warnings if isinstance(liner, Given) else ()
 
 
 def _unused(liner: Section) -> tuple[str, ...]:

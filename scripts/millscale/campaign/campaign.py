@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from millscale import _core
 from millscale.campaign.contacts import ContactOptions
 from millscale.campaign.lines import Places
+from millscale.liner.given import Given
 from millscale.runs.case_file import Kind, WallKind
 
 
@@ -57,6 +58,19 @@ class LinerShape:
             self.lifters,
             self.phase,
         )
+
+
+Liner = LinerShape | Given
+
+
+@dataclass(frozen=True)
+class LinerState:
+    """The liner at a time of its life; hours and tonnes milled are None if not stated."""
+
+    name: str
+    hours: float | None
+    tonnes: float | None
+    liner: Liner
 
 
 @dataclass(frozen=True)
@@ -151,6 +165,8 @@ class Campaign:
         ranks, jobs: None leaves the number to the machine.
         output_budget: disk that a case may take [bytes].
         warnings: about values that are not used, or unusual.
+        states: of the liner over its life; empty: it has one.
+        state: the one of `liner`; None if there are none.
         places: lines of the keys in the file, for later mistakes.
     """
 
@@ -158,7 +174,7 @@ class Campaign:
     name: str
     about: str
     mill: Mill
-    liner: LinerShape
+    liner: Liner
     ball: Ball
     material: Material
     wall: Wall
@@ -173,4 +189,12 @@ class Campaign:
     jobs: int | None
     output_budget: float
     warnings: tuple[str, ...]
+    states: tuple[LinerState, ...] = ()
+    state: LinerState | None = None
     places: Places = field(default_factory=Places, compare=False, repr=False)
+
+    def in_each_state(self) -> tuple[Campaign, ...]:
+        """Return the campaign with the liner of each state; itself if there are none."""
+        if not self.states:
+            return (self,)
+        return tuple(replace(self, liner=state.liner, state=state) for state in self.states)

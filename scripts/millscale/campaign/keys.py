@@ -8,6 +8,9 @@ from typing import Any, Final
 
 from millscale.campaign.contacts import DAMPINGS, PRECISIONS, SURFACES
 from millscale.campaign.units import UNITS, split_unit
+from millscale.liner.given import PRESETS
+from millscale.liner.lengths import LENGTHS
+from millscale.liner.sector import CLOCKWISE, COUNTER
 from millscale.runs.case_file import Kind
 
 
@@ -167,6 +170,23 @@ def _study(step: float | str, sample: float, restart: float) -> dict[str, Key]:
     }
 
 
+def _of_a_file() -> dict[str, Key]:
+    """Return the keys about a file with a liner, of [liner] and [[liner.state]]."""
+    return {
+        "unit": Key("text", "of the file, if it does not state one", choices=tuple(LENGTHS)),
+        "layer": Key("text", "of a drawing; default: all of them"),
+        "turns": Key(
+            "text",
+            "direction of rotation in the file, x to the right and y up; needed if the lifters "
+            "are not symmetric",
+            choices=(CLOCKWISE, COUNTER),
+        ),
+        "tolerance_m": _positive("points are replaced by lines and arcs within this [m]"),
+        "centre_x_m": Key("number", "where the axis is in the file [m]; default: 0"),
+        "centre_y_m": Key("number", "the same [m]; default: 0"),
+    }
+
+
 SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "campaign": {
         "name": Key("text", "lower-case letters, digits and hyphens; default: the file's name"),
@@ -186,7 +206,7 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "liner": {
         "lifters": Key("integer", "number of lifters, 0: a plain drum", 0, least=0, most=1000),
         "lifter_top_radius_m": _positive("r, from the axis to the lifter tops [m]"),
-        "lifter_height_m": _positive("the same as height of the lifters, R - r [m]"),
+        "lifter_height_m": _positive("the same as height of the lifters, R - r; of waves or steps too [m]"),
         "lifter_top_width_m": _positive("D1, width of a lifter top [m]"),
         "groove_width_m": _positive("D2, chord of a groove at the liner [m]"),
         "face_angle_deg": Key(
@@ -200,6 +220,14 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         "phase_deg": Key(
             "number", "angle of groove 0 from the bottom at rest", 0.0, least=-360.0, most=360.0
         ),
+        "preset": Key("text", "family of liners with few numbers", choices=PRESETS),
+        "trailing_angle_deg": Key(
+            "number", "angle of the trailing face of preset ship-lap", least=0.0, most=85.0
+        ),
+        "edge_radius_m": _positive("radius of the lifters' edges, of a preset [m]"),
+        "profile": Key("text", "file with the cross-section, .csv or .dxf"),
+        "stl": Key("text", "file with a shell of triangles, prismatic along an axis"),
+        **_of_a_file(),
     },
     "ball": {
         "radius_m": _positive("a, mean ball radius [m]", REQUIRED),
@@ -339,4 +367,39 @@ OPTIONAL: Final = ("campaign", "liner", "scaling", "wall", "model", "run")
 
 # Arrays of tables: "ball.class" is [[ball.class]], "speed" is [[speed]]. The checked entries are a
 # tuple in the values of their section, or among the sections.
-TABLES: Final[dict[str, Table]] = {}
+TABLES: Final[dict[str, Table]] = {
+    "liner.row": Table(
+        "a lifter; rows repeat in this order around the mill, in the direction of rotation",
+        {
+            "height_m": _positive("height of the top above the liner [m]", REQUIRED),
+            "top_width_m": _positive("width of the top [m]", REQUIRED),
+            "leading_angle_deg": Key(
+                "number",
+                "angle of the face that lifts the balls, from the lifter's centre line",
+                0.0,
+                least=0.0,
+                most=85.0,
+            ),
+            "trailing_angle_deg": Key(
+                "number",
+                "the same of the other face; default: as the leading face",
+                least=0.0,
+                most=85.0,
+            ),
+            "edge_radius_m": Key("number", "radius of the edges of the top [m]", 0.0, least=0.0),
+        },
+        most=100,
+    ),
+    "liner.state": Table(
+        "the liner at a time of its life; each makes cases of its own",
+        {
+            "name": Key("text", "in the names of the cases, such as new or worn", REQUIRED),
+            "hours": Key("number", "operation since the liner was new", least=0.0),
+            "tonnes": Key("number", "ore milled since then", least=0.0),
+            "profile": Key("text", "file with the cross-section, .csv or .dxf"),
+            "stl": Key("text", "file with a shell of triangles"),
+            **_of_a_file(),
+        },
+        most=20,
+    ),
+}

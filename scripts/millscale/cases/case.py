@@ -36,9 +36,10 @@ def cases_of(campaign: Campaign) -> list[Case]:
             campaign, or two cases would have the same id; holds the mistakes of all parts.
     """
     cases, mistakes = [], Mistakes()
-    for part in campaign.parts:
-        with mistakes.collected():
-            cases += _part_cases(campaign, part)
+    for stated in campaign.in_each_state():
+        for part in stated.parts:
+            with mistakes.collected():
+                cases += _part_cases(stated, part)
     # A mistake in one mill is mostly one in all: the first is stated.
     mistakes.found = list({mistake.key: mistake for mistake in mistakes.found[::-1]}.values())
     try:
@@ -66,10 +67,12 @@ def _part_cases(campaign: Campaign, part: CampaignPart) -> list[Case]:
     return cases
 
 
-def case_id(planned: PlannedMill, seed: int) -> str:
-    """Return the name of a case, `mb-cg-paper-S2.600`, with the seed if there are several."""
+def case_id(planned: PlannedMill, seed: int, state: str = "") -> str:
+    """Return the name of a case, `mb-cg-paper-S2.600`, with the state of the liner and the seed if
+    there are several."""
     kind = SHORT_KIND[planned.part.kind]
     name = f"{kind}-{SHORT_SCHEME[planned.scheme]}-{planned.policy}-S{planned.S:.3f}"
+    name += f"-{state}" if state else ""
     several = planned.part.charge is not None and len(planned.part.charge.seeds) > 1
     return f"{name}-seed{seed}" if several else name
 
@@ -91,7 +94,8 @@ def _cases(campaign: Campaign, planned: PlannedMill, step: Step) -> list[Case]:
     if beyond:
         raise _beyond_arithmetic(campaign, planned, f"{beyond} is not finite")
     seeds = part.charge.seeds_at(planned.S) if part.charge else (0,)
-    return [_seeded(case, planned, seed) for seed in seeds]
+    state = campaign.state.name if campaign.state else ""
+    return [_seeded(case, case_id(planned, seed, state), seed) for seed in seeds]
 
 
 def _beyond_arithmetic(campaign: Campaign, planned: PlannedMill, cause: str) -> CampaignError:
@@ -103,8 +107,8 @@ def _beyond_arithmetic(campaign: Campaign, planned: PlannedMill, cause: str) -> 
     )
 
 
-def _seeded(case: Case, planned: PlannedMill, seed: int) -> Case:
-    own = structs.replace(case, id=case_id(planned, seed), seed=seed)
+def _seeded(case: Case, name: str, seed: int) -> Case:
+    own = structs.replace(case, id=name, seed=seed)
     return structs.replace(own, digest=case_digest(own.document))
 
 
@@ -143,6 +147,8 @@ def _case(campaign: Campaign, planned: PlannedMill, step: Step) -> Case:
         material=parts.material_part(campaign, planned),
         time=time,
         charge=parts.charge_part(campaign, planned, given, ball, time) if given else None,
+        liner_file=parts.liner_file_part(campaign),
+        liner_state=parts.liner_state_part(campaign),
         wall=wall_part(campaign, planned),
         deck=deck_part(terms, campaign, part),
         domain=parts.domain_part(campaign, planned),

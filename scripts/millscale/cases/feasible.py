@@ -48,8 +48,6 @@ def check_mill(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list
 def _grooves(campaign: Campaign, planned: PlannedMill) -> list[str]:
     """Refuse balls that are too wide for the grooves; with a mesh wall, warn of them."""
     liner = planned.liner
-    if liner.sectors == 1:
-        return []
     diameter = 2.0 * _largest_radius(campaign, planned)
     width = liner.narrowest_width
     if diameter < width:

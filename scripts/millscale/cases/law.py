@@ -117,6 +117,7 @@ def _planned(
     except ValueError as cause:
         key = f"scaling (scheme {scheme}, policy {policy}, S = {S:g})"
         raise CampaignError(campaign.file, key, str(cause)) from None
+    _check_radius(campaign, policy, S, liner, scaled.mill.radius)
     length = campaign.mill.length / S
     piece = part.charge.slice_length if part.charge else None
     _check_length(campaign, S, piece or length)
@@ -136,6 +137,21 @@ def _planned(
         simulated_length=min(piece or length, length),
         youngs_modulus=campaign.material.youngs_modulus * stiffness_factor,
     )
+
+
+def _check_radius(
+    campaign: Campaign, policy: str, S: float, liner: _core.Profile, radius: float
+) -> None:
+    """Refuse a liner whose radius is not that of the scaled mill: its offset moves corners more
+    than arcs around the axis."""
+    if abs(liner.radius - radius) > 1e-9 * radius:
+        raise CampaignError(
+            campaign.file,
+            "scaling.policies",
+            f"got {policy}: at S = {S:g} the liner has a radius of {liner.radius:.9g} m and the "
+            f"mill of {radius:.9g} m, because it is farthest from the axis at a corner",
+            "other policies, or a liner that is farthest from the axis along an arc",
+        )
 
 
 def _time_factor(campaign: Campaign, S: float) -> float:

@@ -11,6 +11,7 @@ from millscale.cases.law import PlannedMill, physical_liner
 from millscale.cases.time_step import Step
 from millscale.cases.wall_panels import chord_error, resting_height, shape_of
 from millscale.errors import CampaignError
+from millscale.liner.given import Given
 from millscale.packing.ball_sizes import mean_volume
 from millscale.packing.charge import Room, capacity
 from millscale.runs.case_file import (
@@ -19,6 +20,8 @@ from millscale.runs.case_file import (
     Domain,
     Factors,
     Groups,
+    LinerFile,
+    LinerState,
     Material,
     Mill,
     Output,
@@ -75,6 +78,20 @@ def mill_part(planned: PlannedMill) -> Mill:
         area_m2=planned.liner.area,
         profile=profile_rows(planned.liner),
     )
+
+
+def liner_file_part(campaign: Campaign) -> LinerFile | None:
+    """Return the file that states the liner; None without one."""
+    liner = campaign.liner
+    if not isinstance(liner, Given) or not liner.file:
+        return None
+    return LinerFile(name=liner.file, sha256=liner.digest)
+
+
+def liner_state_part(campaign: Campaign) -> LinerState | None:
+    """Return the state of the liner; None in a campaign of one."""
+    state = campaign.state
+    return LinerState(name=state.name, hours=state.hours, tonnes=state.tonnes) if state else None
 
 
 def factors_part(planned: PlannedMill) -> Factors:

@@ -9,7 +9,7 @@ from typing import Any
 from millscale.runs.digests import json_digest
 
 # Keys that inform: a case need not run again because their wording or numbers change.
-INFORMING = ("digest", "model", "predicted", "versions", "warnings")
+INFORMING = ("digest", "liner_file", "model", "predicted", "versions", "warnings")
 NAMES = ("id", "campaign")
 # Another version, compiler or machine may round derived numbers otherwise. Thousands of roundings
 # of double precision stay below this, and no input is known to as many digits.

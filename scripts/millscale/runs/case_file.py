@@ -95,6 +95,21 @@ class Mill(Section, frozen=True):
     profile: tuple[ProfileNode, ...] | None = None
 
 
+class LinerFile(Section, frozen=True):
+    """The file that states the liner, as it was; `mill.profile` is what was made of it."""
+
+    name: str
+    sha256: str
+
+
+class LinerState(Section, frozen=True):
+    """The liner at a time of its life."""
+
+    name: Annotated[str, Meta(pattern=DECK_WORD)]
+    hours: Number | None = None
+    tonnes: Number | None = None
+
+
 class Factors(Section, frozen=True):
     """Factors scaled / physical of the similarity law.
 
@@ -274,6 +289,8 @@ class Case(Section, frozen=True, kw_only=True):
         predicted_energy_ratio, centre_path_energy_ratio: energy change of one ball, scaled /
             physical, of a point mass and of the ball's centre on its path R - a.
         charge: of a multi-ball case only.
+        liner_file: of a liner that a file states.
+        liner_state: of a liner that the campaign states at several times of its life.
         digest: hash of all that decides the case. Of a case that was read, hash of what was read.
     """
 
@@ -298,6 +315,8 @@ class Case(Section, frozen=True, kw_only=True):
     material: Material
     time: Times
     charge: Charge | None = None
+    liner_file: LinerFile | None = None
+    liner_state: LinerState | None = None
     wall: Wall
     deck: Deck
     domain: Domain
