@@ -25,6 +25,7 @@ PYTHON = (
     ("cases", "analysis"),
     ("engine", "packing"),
     ("campaign",),
+    ("liner",),
     ("runs",),
     ("mesh", "errors"),
     ("formats", "terminal", "_core"),

@@ -206,7 +206,9 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     "liner": {
         "lifters": Key("integer", "number of lifters, 0: a plain drum", 0, least=0, most=1000),
         "lifter_top_radius_m": _positive("r, from the axis to the lifter tops [m]"),
-        "lifter_height_m": _positive("the same as height of the lifters, R - r; of waves or steps too [m]"),
+        "lifter_height_m": _positive(
+            "the same as height of the lifters, R - r; of a preset also of waves or steps [m]"
+        ),
         "lifter_top_width_m": _positive("D1, width of a lifter top [m]"),
         "groove_width_m": _positive("D2, chord of a groove at the liner [m]"),
         "face_angle_deg": Key(

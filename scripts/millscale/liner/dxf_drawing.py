@@ -68,8 +68,8 @@ def read_dxf(path: Path, layer: str | None, unit: str | None) -> tuple[Outline, 
         found = list(_chains(path, drawing.modelspace()))
     except CampaignError:
         raise
-    except Exception as cause:  # the library fails anywhere in a damaged drawing
-        raise _damaged(path, cause) from None
+    except Exception as problem:  # the library fails anywhere in a damaged drawing
+        raise _damaged(path, problem) from None
     chains = _of_layer(path, found, layer)
     for chain in chains:
         if not np.isfinite(chain.points).all() or np.abs(chain.points).max() > 1e9:
@@ -161,7 +161,8 @@ def _chain(entity: Any, kind: str) -> Chain | None:
         points, bulges = [entity.start_point, entity.end_point], [math.tan(angle / 4.0), 0.0]
     elif kind == "CIRCLE":
         # Two halves.
-        x, y = entity.ocs().to_wcs(entity.dxf.center)[:2]
+        centre = entity.ocs().to_wcs(entity.dxf.center)
+        x, y = centre.x, centre.y
         r = entity.dxf.radius
         points, bulges, closed = [(x + r, y), (x - r, y)], [1.0, 1.0], True
     elif kind == "LWPOLYLINE":
@@ -206,7 +207,8 @@ def _of_layer(path: Path, chains: list[Chain], layer: str | None) -> list[Chain]
         return chains
     kept = [chain for chain in chains if chain.layer.lower() == layer.lower()]
     if not kept:
-        near = nearest(layer, counts)
+        lower = {name.lower(): name for name in counts}
+        near = lower.get(nearest(layer.lower(), lower), "")
         cause = f'no curve on the layer "{layer}"' + (f', nearest is "{near}"' if near else "")
         raise CampaignError(path, "", cause, f"a layer with curves: {listed}")
     return kept

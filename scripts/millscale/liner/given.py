@@ -121,7 +121,7 @@ def _fitted(outline: Outline, tolerance: float) -> tuple[Outline, tuple[str, ...
         names=names or tuple(f"point {i + 1}" for i in range(len(measured))),
     )
     found = simplified(lines, tolerance)
-    error = reached_error(measured, found)
+    error = reached_error(lines, found)
     note = (
         f"liner: {len(measured)} points are {found.pieces} lines and arcs, none farther than "
         f"{error:.3g} m (tolerance {tolerance:g} m)"

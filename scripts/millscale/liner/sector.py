@@ -114,8 +114,20 @@ def _sweeps(outline: Outline) -> np.ndarray:
     return angles
 
 
+def _closed_if_around(outline: Outline) -> Outline:
+    """Return an open outline that ends less than its longest piece before its beginning, closed by
+    a line: a table all around does not state its first point twice."""
+    if outline.closed or outline.pieces < 2:
+        return outline
+    closed = replace(outline, closed=True, bulges=np.append(outline.bulges[:-1], 0.0))
+    lengths = np.linalg.norm(closed.ends - closed.points, axis=1)
+    around = abs(abs(float(_sweeps(closed).sum())) - math.tau) < 1e-6
+    return closed if around and lengths[-1] <= lengths[:-1].max() * 1.01 else outline
+
+
 def _around_left(outline: Outline) -> Outline:
     """Return the outline in the order that has the axis on its left."""
+    outline = _closed_if_around(outline)
     sweep = float(_sweeps(outline).sum())
     if outline.closed and abs(abs(sweep) - math.tau) > 1e-6:
         x, y = (0.5 * (outline.points.min(axis=0) + outline.points.max(axis=0))).tolist()
@@ -311,7 +323,7 @@ def _scaled_to(pitch: Outline, placing: Placing) -> tuple[Outline, tuple[str, ..
     """Return the pitch with R as its largest distance from the axis, exactly."""
     _, high = reach(pitch)
     by = placing.radius / high
-    note = ()
+    note: tuple[str, ...] = ()
     if abs(by - 1.0) > 1e-4:
         note = (f"liner: the outline is scaled by {by:.6g} to the radius of the mill",)
     return replace(pitch, points=by * pitch.points), note

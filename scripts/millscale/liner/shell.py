@@ -49,8 +49,8 @@ def read_shell(path: Path, unit: str | None, radius: float) -> tuple[Outline, tu
     metres = LENGTHS[unit]
     try:
         mesh = read_stl(path, precision=NODE_PRECISION_M / metres)
-    except (ValueError, OSError) as error:
-        cause = str(error).removeprefix(f"{path}: ")
+    except (ValueError, OSError) as problem:
+        cause = str(problem).removeprefix(f"{path}: ")
         accepted = "a text or binary STL file of triangles; export it again"
         raise CampaignError(path, "", cause, accepted) from None
     mesh = replace(mesh, nodes=metres * mesh.nodes)
@@ -63,7 +63,7 @@ def read_shell(path: Path, unit: str | None, radius: float) -> tuple[Outline, tu
     error = FITTED * radius
     _check_prismatic(path, sections, max(PRISMATIC * radius, error), axis)
     outline = simplified(sections[0], error)
-    reached = reached_error(_along(sections[0]), outline)
+    reached = reached_error(sections[0], outline)
     return outline, (f"liner: arcs and lines within {reached:.2g} m of the section of {path.name}",)
 
 
@@ -156,17 +156,11 @@ def _loops(
     return loops
 
 
-def _along(outline: Outline) -> np.ndarray:
-    """Return the points of a chain of lines and their middles, (m, 2) float [m]."""
-    after = np.roll(outline.points, -1, axis=0)
-    return np.concatenate([outline.points, 0.5 * (outline.points + after)])
-
-
 def _check_prismatic(path: Path, sections: list[Outline], most: float, axis: str) -> None:
     """Refuse a shell whose sections differ."""
     middle = sections[0]
     for other in sections[1:]:
-        apart = max(reached_error(_along(other), middle), reached_error(_along(middle), other))
+        apart = reached_error(other, middle)
         if apart > most:
             raise CampaignError(
                 path,

@@ -40,7 +40,7 @@ def simplified(outline: Outline, tolerance: float) -> Outline:
     dense = _dense(outline)
     for share in SHARES:
         found = _simplified(dense, share * tolerance)
-        if reached_error(dense.points, found) <= tolerance:
+        if reached_error(dense, found) <= tolerance:
             return found
     raise outline.refused(
         "", f"no lines and arcs found within {tolerance:g} m of the points", "a larger tolerance"
@@ -69,15 +69,22 @@ def _dense(outline: Outline) -> Outline:
     )
 
 
-def reached_error(points: np.ndarray, outline: Outline) -> float:
-    """Return the largest distance of points (n, 2) from an outline [m]."""
-    from shapely import distance, linestrings
-    from shapely import points as places
+def reached_error(one: Outline, other: Outline) -> float:
+    """Return the largest distance of a point of either outline from the other [m]."""
+    chains = []
+    for outline in (one, other):
+        chain, _ = flattened(outline, 1e-6 * float(np.abs(outline.points).max()))
+        chains.append(np.vstack([chain, chain[:1]]) if outline.closed else chain)
+    return max(_farthest(chains[0], chains[1]), _farthest(chains[1], chains[0]))
 
-    chain, _ = flattened(outline, 1e-6 * float(np.abs(points).max()))
-    if outline.closed:
-        chain = np.vstack([chain, chain[:1]])
-    return float(distance(places(points), linestrings(chain)).max())
+
+def _farthest(chain: np.ndarray, other: np.ndarray) -> float:
+    """Return the largest distance of the points of a chain, and of the middles between them, from
+    another chain [m]."""
+    from shapely import distance, linestrings, points
+
+    places = np.concatenate([chain, 0.5 * (chain[1:] + chain[:-1])])
+    return float(distance(points(places), linestrings(other)).max())
 
 
 def _simplified(outline: Outline, tolerance: float) -> Outline:
@@ -228,6 +235,7 @@ def _refined(
     chords = np.linalg.norm(np.diff(moved, axis=0), axis=1)
     bent[0.5 * np.abs(bent) * chords <= NO_ARC * tolerance] = 0.0
     distance = signed_distance(points, moved[owner], moved[owner + 1], bent[owner])
-    if np.abs(distance).max() > tolerance or np.abs(bent).max(initial=0.0) > 1.0:
+    worst = max(np.abs(distance).max(), _farthest(moved, points))
+    if worst > tolerance or np.abs(bent).max(initial=0.0) > 1.0:
         return corners, bulges
     return moved, bent

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from millscale import _core
 from millscale.campaign.build import load_campaign
-from millscale.campaign.campaign import Campaign
+from millscale.campaign.campaign import Campaign, LinerShape
 from millscale.cases.time_step import COORDINATION
 
 MILL, IMPACT, REST = "mill", "impact", "rest"
@@ -136,7 +136,8 @@ def mill_of(case: Case, base: Campaign) -> Mill:
     """Return the mill and balls of a case."""
     liner, ball, material = base.liner, base.ball, base.material
     radius, small = base.mill.radius / case.S, case.smallest * ball.radius
-    assert liner.groove_width is not None  # hard-cases.toml states it
+    # hard-cases.toml states these.
+    assert isinstance(liner, LinerShape) and liner.groove_width is not None
     radii = (ball.radius,) if case.smallest == 1.0 else (ball.radius, small)
 
     def pair(value, *given):
