@@ -76,6 +76,10 @@ def test_the_modulus_of_real_steel(tmp_path):
         deepest = deepest_overlap(tmp_path, float(modulus))
         assert 0.97 * float(overlap) < deepest <= float(overlap)
     assert warnings(tmp_path, **steel | {"material__youngs_modulus_pa": 1e10}) == []
+    # A fast mill needs more than that.
+    fast = {"mill__radius_m": 6.0, "liner__lifter_top_radius_m": 5.71, "mill__length_m": 2.0}
+    fast |= {"mill__speed_rad_s": None, "mill__percent_of_critical": 80, "scaling__S": [1.0]}
+    assert warnings(tmp_path, **steel | fast | {"material__youngs_modulus_pa": 2e10}) == []
 
 
 def deepest_overlap(folder, modulus):

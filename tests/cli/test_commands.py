@@ -29,7 +29,7 @@ COMMANDS = list(commands(typer.main.get_command(app)))
 
 def test_every_task_is_a_command():
     assert {" ".join(names) for names in COMMANDS} == {
-        *("plan", "generate", "run", "status", "verify", "report", "study"),
+        *("new", "schema", "plan", "generate", "run", "status", "verify", "report", "study"),
         *("predict", "advise", "solve", "calibrate"),
         "bench output-cost",
         *(

@@ -45,7 +45,18 @@ def load_campaign(path: str | Path) -> Campaign:
         CampaignError: the file, keys or combinations of keys are not accepted; holds all mistakes.
     """
     path = Path(path)
-    text = read_text(path)
+    return campaign_of_text(path, read_text(path))
+
+
+def campaign_of_text(path: Path, text: str) -> Campaign:
+    """Return the campaign that the text of a TOML file describes.
+
+    Args:
+        path: of the file, for its default name and the messages.
+
+    Raises:
+        CampaignError: the text, keys or combinations of keys are not accepted; holds all mistakes.
+    """
     places = Places(text)
     try:
         campaign = campaign_of(path, parse_text(path, text))

@@ -88,7 +88,7 @@ def _overlap(cases: Sequence[Case]) -> Warnings:
 
 
 def _stiffness(cases: Sequence[Case], times: Sequence[float]) -> Warnings:
-    timed = [pair for pair in zip(cases, times, strict=True) if _modulus(pair[0]) > STIFF_PA]
+    timed = [pair for pair in zip(cases, times, strict=True) if _is_stiff(pair[0])]
     if not timed:
         return
     stiff, total = [case for case, _ in timed], sum(time for _, time in timed)
@@ -113,11 +113,18 @@ def _stiffness(cases: Sequence[Case], times: Sequence[float]) -> Warnings:
     )
 
 
+def _is_stiff(case: Case) -> bool:
+    """Return whether balls half as stiff would still do."""
+    modulus = _modulus(case)
+    return modulus > STIFF_PA and modulus_for(case, USUAL_OVERLAP) < 0.5 * modulus
+
+
 def _lifters(cases: Sequence[Case]) -> Warnings:
     low = [
         case
         for case in cases
-        if case.mill.lifters and case.groups.lifter_height_over_ball_diameter < 1.0
+        # A height of one diameter may be rounded.
+        if case.mill.lifters and case.groups.lifter_height_over_ball_diameter < 1.0 - 1e-9
     ]
     if not low:
         return

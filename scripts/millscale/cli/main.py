@@ -17,6 +17,7 @@ from millscale.cli.advise import advise
 from millscale.cli.analyse import analyse
 from millscale.cli.bench import bench
 from millscale.cli.calibrate import calibrate
+from millscale.cli.new import new
 from millscale.cli.options import (
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
@@ -65,6 +66,7 @@ Scaled models of ball mills that are too large for DEM, and the error of each mo
 A campaign file (TOML) defines a physical mill, scale ratios S and similarity schemes. Each
 combination is a case with its own folder. Units are SI unless a name states another.
 
+* `millscale new my-mill.toml` asks for a mill and writes a campaign file of it
 * `millscale plan campaigns/quick.toml` shows the cases and their cost
 * `millscale run campaigns/quick.toml --runs runs/quick` simulates the cases that are missing
 * `millscale report runs/quick` writes report/index.html
@@ -95,6 +97,9 @@ def options(
     ] = False,
 ) -> None:
     pass
+
+
+app.command()(new)
 
 
 @app.command()

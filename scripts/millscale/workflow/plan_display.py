@@ -10,6 +10,7 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 
+from millscale import _core
 from millscale.campaign.campaign import Campaign
 from millscale.cases.law import physical_liner
 from millscale.cases.output_size import size_text
@@ -52,10 +53,11 @@ def _mill(campaign: Campaign, rows: list[Row]) -> Table:
     if mill.lifters:
         height = 1e3 * (mill.radius_m - mill.lifter_top_radius_m)
         size += f"; {mill.lifters} lifters {height:.3g} mm high"
-    first = min(rows, key=lambda row: row["S"])
+    standing = _core.OperatingPoint(mill.radius_m, mill.ball_radius_m, mill.gravity_m_s2, 0.0)
     speed = (
-        f"{mill.omega_rad_s * 30.0 / math.pi:.4g} rpm, {first['percent_of_critical']:.3g} % of "
-        f"critical, Fr {first['froude']:.3g}"
+        f"{mill.omega_rad_s * 30.0 / math.pi:.4g} rpm, "
+        f"{100.0 * mill.omega_rad_s / _core.critical_speed(standing):.3g} % of critical, Fr "
+        f"{_core.froude_number(mill.radius_m, mill.gravity_m_s2, mill.omega_rad_s):.3g}"
     )
     return _pairs([("mill", size), ("speed", speed), ("charge", _charge(campaign, rows))])
 
