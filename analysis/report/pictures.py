@@ -74,8 +74,8 @@ def save(plotter: pv.Plotter, path: Path) -> None:
     plotter.close()
 
 
-def save_balls(dump: Dump, rising: np.ndarray, path: Path) -> None:
-    """Write the balls of a dump as points for ParaView (VTK PolyData).
+def ball_points(dump: Dump, rising: np.ndarray) -> pv.PolyData:
+    """Return the balls of a dump as points.
 
     Point data: every column of the dump but the positions, `velocity` (n, 3), and `rising`, 1 for
     balls that started on the rising side.
@@ -91,11 +91,11 @@ def save_balls(dump: Dump, rising: np.ndarray, path: Path) -> None:
         if name not in ("x", "y", "z", "vx", "vy", "vz"):
             cloud[name] = values
     cloud["rising"] = rising.astype(np.uint8)
-    _save_whole(cloud, path)
+    return cloud
 
 
-def save_liner(liner: Path, mill_angle: float, path: Path) -> None:
-    """Write a liner mesh, turned by the mill angle [rad], with its data.
+def turned_liner(liner: Path, mill_angle: float) -> pv.PolyData:
+    """Return a liner mesh, turned by the mill angle [rad], with its data.
 
     Raises:
         RunFolderError: the mesh is missing.
@@ -103,7 +103,17 @@ def save_liner(liner: Path, mill_angle: float, path: Path) -> None:
     check_regular(liner, "millscale run FILE --runs DIR --only ID")
     mesh = pv.read(liner)
     mesh.points[:, [0, 2]] = turned(mesh.points[:, [0, 2]], mill_angle)
-    _save_whole(mesh, path)
+    return mesh
+
+
+def save_balls(dump: Dump, rising: np.ndarray, path: Path) -> None:
+    """Write `ball_points` for ParaView (VTK PolyData)."""
+    _save_whole(ball_points(dump, rising), path)
+
+
+def save_liner(liner: Path, mill_angle: float, path: Path) -> None:
+    """Write `turned_liner` for ParaView (VTK PolyData)."""
+    _save_whole(turned_liner(liner, mill_angle), path)
 
 
 def _save_whole(mesh: pv.PolyData, path: Path) -> None:

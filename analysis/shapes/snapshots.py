@@ -15,7 +15,7 @@ from millscale.runs.series import Series, read_series
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The dump nearest to a mill angle.
+    """A dump and its mill angle.
 
     Attributes:
         mill_angle: at the dump [rad].
@@ -28,6 +28,18 @@ class Snapshot:
 def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]:
     """Return the dump nearest to each mill angle [rad], each dump once, in order.
 
+    Raises:
+        RunFolderError: no dumps, or no series.
+    """
+    every = snapshots_of(folder)
+    angles = np.array([snapshot.mill_angle for snapshot in every])
+    nearest = sorted({int(np.argmin(np.abs(angles - angle))) for angle in mill_angles})
+    return [every[i] for i in nearest]
+
+
+def snapshots_of(folder: Path) -> list[Snapshot]:
+    """Return every dump of a case folder, in order.
+
     The angle of a dump follows from its step and the series.
 
     Raises:
@@ -36,9 +48,7 @@ def snapshots_near(folder: Path, mill_angles: Sequence[float]) -> list[Snapshot]
     files = required_dumps(folder)
     series = read_series(folder / SERIES, "multi-ball")
     angles = mill_angle_at(np.array(list(files), float), series)
-    paths = list(files.values())
-    nearest = sorted({int(np.argmin(np.abs(angles - angle))) for angle in mill_angles})
-    return [Snapshot(paths[i], float(angles[i])) for i in nearest]
+    return [Snapshot(path, float(x)) for path, x in zip(files.values(), angles, strict=True)]
 
 
 def mill_angle_at(steps: np.ndarray, series: Series) -> np.ndarray:

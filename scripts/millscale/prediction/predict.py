@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from millscale.analysis.charge.measured import measure
+from millscale.analysis.charge.physical_mill import PhysicalMill, balls_per_length, physical_mill
 from millscale.analysis.finished import Charge
 from millscale.errors import PredictionError
 from millscale.prediction.contour import predict_contour
@@ -26,10 +27,7 @@ from millscale.prediction.noise import noise_of
 from millscale.prediction.observables import (
     Numbers,
     Observable,
-    PhysicalMill,
-    balls_per_length,
     observables_of,
-    physical_mill,
 )
 from millscale.prediction.result import PredictedNumber, Prediction, ScaledValue
 from millscale.prediction.selection import (

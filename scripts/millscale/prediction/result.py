@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from millscale.analysis.charge.physical_mill import PhysicalMill
 from millscale.analysis.finished import Charge
 from millscale.errors import nearest
 from millscale.formats import NONE, number
@@ -22,7 +23,7 @@ from millscale.prediction.field import PredictedField
 from millscale.prediction.impacts import PredictedSpectrum
 from millscale.prediction.mass_flow import PredictedCurve
 from millscale.prediction.noise import PITCHES
-from millscale.prediction.observables import Observable, PhysicalMill
+from millscale.prediction.observables import Observable
 from millscale.prediction.text import aligned, html_table
 
 SCHEMA = 1

@@ -13,10 +13,10 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from rich.table import Table
 
+from millscale.analysis.charge.physical_mill import PhysicalMill
 from millscale.formats import NONE, counted, duration, hundredths, number
 from millscale.prediction.contour import PredictedContour
 from millscale.prediction.error_model import CONTOUR, label_of
-from millscale.prediction.observables import PhysicalMill
 from millscale.prediction.result import PredictedNumber, Prediction
 from millscale.prediction.solve import MET, Ask, Look, Outcome, Round
 from millscale.report.build import INDEX, REPORT, environment

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Protocol
@@ -41,16 +41,24 @@ class Watch(Protocol):
     def __call__(self) -> None: ...
 
 
+class Watching(Protocol):
+    """Yields a function that shows the progress of cases."""
+
+    def __call__(
+        self, console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
+    ) -> AbstractContextManager[Watch]: ...
+
+
 @contextmanager
 def watching(
     console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
 ) -> Iterator[Watch]:
     """Yield a function that shows the status of the cases; call it often."""
-    statuses = _Statuses(runs, cases)
+    statuses = Statuses(runs, cases)
     if not console.is_terminal:
         lines = _Lines(console, statuses, allocation)
         try:
-            yield _Paced(_REFRESH_S, lines)
+            yield Paced(_REFRESH_S, lines)
         finally:
             lines()
         return
@@ -58,10 +66,10 @@ def watching(
 
         def show() -> None:
             now = statuses()
-            title = _overall(now, cases, allocation)
+            title = overall(now, cases, allocation)
             live.update(status_view(runs, now, title), refresh=True)
 
-        yield _Paced(_REFRESH_S, show)
+        yield Paced(_REFRESH_S, show)
 
 
 @contextmanager
@@ -125,12 +133,9 @@ def watch_status(runs: Path, silence: float, as_json: bool, every: float, consol
 def _counts(statuses: Sequence[CaseStatus]) -> str:
     states = [x.state for x in statuses]
     counts = [f"{states.count(name)} {name}" for name in dict.fromkeys(states)]
-    steps = sum(x.steps * x.balls for x in statuses)
-    done = sum(x.step * x.balls for x in statuses)
-    percent = 100.0 * done / steps if steps else 100.0
     return (
         f"{time.strftime('%H:%M:%S')} {counted(len(statuses), 'case')}: "
-        f"{', '.join(counts)}; {percent:.0f} %"
+        f"{', '.join(counts)}; {100.0 * share_done(statuses):.0f} %"
     )
 
 
@@ -160,7 +165,7 @@ def _numbers(status: CaseStatus) -> tuple[str, ...]:
     )
 
 
-class _Statuses:
+class Statuses:
     """Status of the cases of a run. The files of a case are not read again once it is done."""
 
     def __init__(self, runs: Path, cases: Sequence[Case]) -> None:
@@ -177,11 +182,17 @@ class _Statuses:
         return status
 
 
-def _overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: Allocation) -> str:
+def share_done(statuses: Sequence[CaseStatus]) -> float:
+    """Return the particle-steps done over those of all cases."""
+    steps = sum(x.steps * x.balls for x in statuses)
+    return sum(x.step * x.balls for x in statuses) / steps if steps else 1.0
+
+
+def overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: Allocation) -> str:
+    """Return counts of states, progress and time left of all cases in one line."""
     states = [status.state for status in statuses]
     counts = [f"{states.count(state)} {state}" for state in ("done", "running", "failed")]
-    steps = sum(x.steps * x.balls for x in statuses)
-    percent = 100.0 * sum(x.step * x.balls for x in statuses) / steps
+    percent = 100.0 * share_done(statuses)
     left = duration(time_left(statuses, {case.id: case for case in cases}, allocation))
     cases_text = counted(len(statuses), "case")
     return f"{cases_text}: {', '.join(counts)}; {percent:.0f} %, about {left} left"
@@ -206,7 +217,7 @@ def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
     return lines
 
 
-class _Paced:
+class Paced:
     """Call a function every `interval` seconds, and at most a fiftieth of the time.
 
     Reading the files of ten thousand cases must not take a core from them.
@@ -226,7 +237,7 @@ class _Paced:
 class _Lines:
     """Print a line when a case changes state or stage, and the overall progress regularly."""
 
-    def __init__(self, console: Console, statuses: _Statuses, allocation: Allocation) -> None:
+    def __init__(self, console: Console, statuses: Statuses, allocation: Allocation) -> None:
         self._console, self._statuses, self._allocation = console, statuses, allocation
         self._seen: dict[str, tuple[str, ...]] = {}
         self._next_line = time.monotonic() + _LINE_EVERY_S
@@ -236,7 +247,7 @@ class _Lines:
         for status in statuses:
             self._print_change(status)
         if time.monotonic() >= self._next_line:
-            self._print(_overall(statuses, self._statuses.cases, self._allocation))
+            self._print(overall(statuses, self._statuses.cases, self._allocation))
             self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def _print_change(self, status: CaseStatus) -> None:

@@ -24,7 +24,7 @@ from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, Stage
 from millscale.runs.lock import hold
 from millscale.workflow import by_hand
-from millscale.workflow.display import problems, status_table, watching
+from millscale.workflow.display import Watching, problems, status_table, watching
 from millscale.workflow.jobs import jobs_of, write_jobs
 from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
 from millscale.workflow.predictions import error_line, record_predictions
@@ -146,8 +146,12 @@ def _command(engine: str, stage: Stage, case: Case, allocation: Allocation) -> s
     return mpirun_text(mpirun_line(engine, stage.deck, f"log.{stage.name}", ranks, per_node))
 
 
-def run_campaign(asked: Request, console: Console) -> bool:
-    """Generate the campaign and run what is missing; return whether all cases have results."""
+def run_campaign(asked: Request, console: Console, show: Watching = watching) -> bool:
+    """Generate the campaign and run what is missing; return whether all cases have results.
+
+    Args:
+        show: shows the progress while the cases run.
+    """
     find_engine()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs, [case.id for case in asked.cases])
@@ -162,7 +166,7 @@ def run_campaign(asked: Request, console: Console) -> bool:
             if note:
                 note = f"{case.id}: {note}"
                 console.print(note, markup=False, highlight=False, soft_wrap=True)
-        code = _run_jobs(asked, console, lock)
+        code = _run_jobs(asked, console, lock, show)
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
     for case in asked.cases:
         digests.keep(asked.runs / CASES_FOLDER / case.id)
@@ -182,7 +186,7 @@ def run_campaign(asked: Request, console: Console) -> bool:
     return done
 
 
-def _run_jobs(asked: Request, console: Console, lock: int) -> int:
+def _run_jobs(asked: Request, console: Console, lock: int, show: Watching) -> int:
     """Run the cases that are not done; return Snakemake's exit code, 0 without any case."""
     folders = {x.id: asked.runs / CASES_FOLDER / x.id for x in asked.cases}
     left = [x for x in asked.cases if unfinished(folders[x.id], x.kind)]
@@ -199,6 +203,6 @@ def _run_jobs(asked: Request, console: Console, lock: int) -> int:
     )
     with (
         asked.target.waiting(),
-        watching(console, asked.runs, asked.cases, asked.allocation) as watch,
+        show(console, asked.runs, asked.cases, asked.allocation) as watch,
     ):
         return run_workflow(asked.runs, line, lock, watch)

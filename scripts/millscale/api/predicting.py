@@ -1,8 +1,4 @@
-"""The Python interface: what `import millscale as ms` offers.
-
-`millscale` imports this module on the first use of one of its names (`__all__`), so that importing
-the package reads no library.
-"""
+"""Prediction of the physical mill, and plans of the runs that it needs."""
 
 from __future__ import annotations
 
@@ -15,8 +11,6 @@ from millscale.prediction.advise import Advice
 from millscale.prediction.advise import advise as _advise
 from millscale.prediction.predict import predict as _predict
 from millscale.prediction.result import Prediction
-
-__all__ = ["advise", "predict"]
 
 Folder = str | PathLike[str]
 

@@ -1,0 +1,1 @@
+"""The Python interface: what `import millscale as ms` offers, a file for each kind of task."""
