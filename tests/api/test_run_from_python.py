@@ -9,8 +9,12 @@ import pytest
 
 import millscale as ms
 import small_campaign
+from liner_files import write_csv
 from millscale.api import running
+from millscale.campaign.build import load_campaign
+from millscale.cases.case import cases_of
 from millscale.errors import CampaignError, EngineError
+from millscale.liner.lifter_rows import wave_outline
 
 BALL = "sb-cg-paper-S2.000"
 
@@ -99,3 +103,15 @@ def test_no_kernel_is_no_notebook(monkeypatch):
     kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=object()))
     monkeypatch.setitem(sys.modules, "IPython", kernel)
     assert running.is_notebook()
+
+
+def test_a_drawing_of_a_dictionary_is_found_from_any_folder(tmp_path, monkeypatch):
+    """Its path is from the folder of the call, as that of a file is from the file's folder."""
+    mine, outline = content(), wave_outline(tmp_path, 1.0, 0.06, 12)
+    write_csv(tmp_path / "wave.csv", outline)
+    mine["liner"] = {"profile": "wave.csv"}
+    monkeypatch.chdir(tmp_path)
+    with running._campaign_file(mine) as file:
+        asked = load_campaign(file)
+        assert file.parent != tmp_path
+    assert len(ms.plan(mine).rows) == len(cases_of(asked)) > 0

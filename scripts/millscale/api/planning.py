@@ -16,7 +16,8 @@ from millscale.campaign.build import campaign_of, load_campaign
 from millscale.campaign.campaign import Campaign
 from millscale.formats import counted, duration
 from millscale.prediction.text import html_table
-from millscale.workflow.plan import COLUMNS, Row, plan_rows, render_plan
+from millscale.workflow.plan import plan_rows
+from millscale.workflow.plan_display import COLUMNS, render_plan
 
 # A campaign file, or its content: sections by name, each with its keys.
 CampaignSource = str | PathLike[str] | Mapping[str, Mapping[str, Any]]
@@ -41,7 +42,7 @@ class Plan:
     def cases(self) -> pd.DataFrame:
         """A row for each case, with the keys of `millscale plan --json`; units in `attrs`."""
         rows = ({key: x for key, x in row.items() if key not in _NESTED} for row in self.rows)
-        units = {"output_bytes": "bytes", "particle_steps": "-"}
+        units = {"output_bytes": "bytes", "predicted_memory_mb": "MB"}
         return frame(rows, "id", units)
 
     @property
@@ -59,8 +60,7 @@ class Plan:
 
     def __str__(self) -> str:
         """Return what `millscale plan` prints."""
-        shown: list[Row] = self.rows
-        made = render_plan(shown)
+        made = render_plan(self.campaign, self.rows)
         console = Console(file=io.StringIO(), width=_WIDEST, color_system=None)
         console.width = console.measure(made).maximum
         with console.capture() as text:

@@ -8,7 +8,9 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -25,6 +27,8 @@ from millscale.workflow.display import Paced, Statuses, Watch, overall, problems
 from millscale.workflow.run_command import check_free_disk, request, run_campaign
 from millscale.workflow.status import campaign_status
 
+# Keys of a liner that name a file.
+DRAWINGS = ("profile", "stl")
 _WIDTH = 140
 _REFRESH_S = 1.0
 
@@ -111,8 +115,20 @@ def _campaign_file(campaign: CampaignSource) -> Iterator[Path]:
     name = campaign_of(DICTIONARY, campaign).name
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{name}.toml"
-        file.write_text(toml_text(dict(campaign)), encoding="utf-8")
+        file.write_text(toml_text(_with_whole_paths(campaign)), encoding="utf-8")
         yield file
+
+
+def _with_whole_paths(content: Any) -> Any:
+    """Return the content of a campaign whose drawings are found from any folder."""
+    if isinstance(content, Mapping):
+        return {
+            key: str(Path(value).absolute())
+            if key in DRAWINGS and isinstance(value, str | PathLike)
+            else _with_whole_paths(value)
+            for key, value in content.items()
+        }
+    return [_with_whole_paths(x) for x in content] if isinstance(content, list) else content
 
 
 @contextmanager
