@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/liner/patch.h"
+#include "core/liner/piece_grid.h"
 #include "core/liner/polygon.h"
 #include "core/liner/profile.h"
 
@@ -79,7 +80,9 @@ class ContactFinder {
   /// The search is fastest for balls of up to `usual_radius` [m].
   ContactFinder(const Profile& profile, double usual_radius)
       : profile_(profile),
-        reach_(2.0 * usual_radius),
+        reach_((is_short(profile) ? 2.0 : 1.5) * usual_radius),
+        usual_radius_(usual_radius),
+        grid_(profile, reach_, is_short(profile) ? profile.radius() / 64 : 0.5 * usual_radius),
         slack_(1e-12 * profile.radius()),
         phase_(std::remainder(profile.phase(), 2.0 * pi)),
         per_pitch_(1.0 / profile.pitch()),
@@ -87,9 +90,10 @@ class ContactFinder {
         sin_half_pitch_(std::sin(0.5 * profile.pitch()))
   {
     for (int k = 0; k < profile.sectors(); ++k) frames_.emplace_back(profile.sector_angle(k));
-    for (const PlacedPiece& placed : profile_.around()) all_.push_back(candidate(placed));
+    for (const PlacedPiece& placed : profile_.around()) candidates_.push_back(candidate(placed));
+    for (std::size_t i = 0; i < candidates_.size(); ++i) all_.push_back(static_cast<int>(i));
+    if (is_short(profile)) of_sector_ = grid_.all();
     make_patches();
-    make_cells();
   }
 
   const Profile& profile() const { return profile_; }
@@ -135,8 +139,8 @@ class ContactFinder {
       return found;
     }
     const Local at = settle(p, sector);
-    const bool usual = 2.0 * ball_radius <= reach_;
-    const auto& candidates = usual ? cells_[cells_.size() == 1 ? 0 : cell_of(at)] : all_;
+    const bool usual = ball_radius <= usual_radius_;
+    const PieceGrid::Range candidates = usual ? near(at) : range(all_);
     Minima minima;
     search(candidates, at, ball_radius, minima);
     // The centre is in the wall, or the nearest pieces are farther away than `reach_`.
@@ -166,12 +170,12 @@ class ContactFinder {
     double arc_radius;     ///< as in Node [m]
     Local centre, middle;  ///< of an arc
     double cos_half_angle;
-    Local before;        ///< unit tangent at the end of the piece before
-    bool begins_convex;  ///< the piece begins at a convex edge
-    int surface;         ///< index of its surface, if the frame is that of sector 0
-    int offset;          ///< its sector less the frame's
-    int patch;           ///< number of its patch, if it were in sector 0
-    Local end;           ///< of the piece
+    Local before;  ///< unit tangent at the end of the piece before
+    double turn;   ///< as in Piece
+    int surface;   ///< index of its surface, if the frame is that of sector 0
+    int offset;    ///< its sector less the frame's
+    int patch;     ///< number of its patch, if it were in sector 0
+    Local end;     ///< of the piece
   };
 
   /// What a patch is a part of, as in Contact.
@@ -223,7 +227,7 @@ class ContactFinder {
             piece.middle,
             std::cos(piece.half_angle),
             turned(piece.tangent_begin, -piece.turn),
-            piece.turn < 0.0,
+            piece.turn,
             profile_.surface(piece, placed.offset),
             placed.offset,
             2 * placed.index,
@@ -249,7 +253,7 @@ class ContactFinder {
         }
         patches_.push_back(circle(piece.begin, 0.0, -1.0));
         const Owner owner{profile_.surface(piece, sector), piece.face,
-                          profile_.owner(piece, sector)};
+                          profile_.groove(piece, sector)};
         owners_.insert(owners_.end(), 2, owner);
       }
     }
@@ -264,24 +268,42 @@ class ContactFinder {
 
   /// Distance that a ball in contact can move before it may touch another patch [m], negative if
   /// none.
-  double way_to_others(const std::vector<Candidate>& candidates, Local at, double ball_radius,
-                       double reach, const Minima& minima) const
+  double way_to_others(PieceGrid::Range candidates, Local at, double ball_radius, double reach,
+                       const Minima& minima) const
   {
-    const auto touched = [&](const Candidate& c) {
-      for (int k = 0; k < minima.count; ++k) {
-        const Minimum& minimum = minima.of_surface[k];
-        if (minimum.candidate == &c || (minimum.at_edge && follows(*minimum.candidate, c)))
-          return true;
-      }
-      return false;
-    };
-    double others = reach;
-    for (const Candidate& c : candidates)
-      if (!touched(c)) others = std::min(others, distance_of(c, at));
-    double way = others - ball_radius;
+    double way = reach - ball_radius;
+    for (const int k : candidates)
+      way = std::min(way, way_to(candidates_[k], at, ball_radius, minima));
     for (int k = 0; k < minima.count; ++k)
       way = std::min(way, way_to_ends(minima.of_surface[k], at));
     return way;
+  }
+
+  /// Distance that a ball in contact can move before it may touch another piece instead of those
+  /// found, or besides them, while their feet stay on the pieces [m].
+  double way_to(const Candidate& c, Local at, double ball_radius, const Minima& minima) const
+  {
+    double nearest = INFINITY;  // of the surface
+    for (int k = 0; k < minima.count; ++k) {
+      const Minimum& minimum = minima.of_surface[k];
+      if (shuts_out(minimum, c)) return INFINITY;
+      if (minimum.candidate->surface == c.surface) nearest = minimum.distance;
+    }
+    // Of one surface the nearest counts. As one distance falls, the other rises no faster than the
+    // centre moves.
+    const double distance = distance_of(c, at);
+    return std::max(distance - ball_radius, 0.5 * (distance - nearest));
+  }
+
+  /// Return whether the centre must cross an end of the minimum's piece, or leave its edge, before
+  /// it projects onto a piece: the piece itself, and those that join it smoothly or at a convex
+  /// edge.
+  bool shuts_out(const Minimum& minimum, const Candidate& c) const
+  {
+    const Candidate& of = *minimum.candidate;
+    if (&of == &c) return true;
+    if (follows(of, c)) return minimum.at_edge || !(of.turn > 0.0);
+    return !minimum.at_edge && !(c.turn > 0.0) && follows(c, of);
   }
 
   /// Return whether a piece begins where another ends.
@@ -328,65 +350,26 @@ class ContactFinder {
     return std::min(length(at - c.begin), length(at - c.end));
   }
 
-  /// List for each cell of a sector the pieces that can be within `reach_` of a point in the cell.
-  /// Cells are equal intervals of the tangent of the angle from the sector's centre line. For few
-  /// pieces one list is faster than a look-up.
-  void make_cells()
-  {
-    constexpr std::size_t few = 8;
-    const std::size_t pieces = profile_.pieces().size();
-    const bool one = pieces <= few || profile_.sectors() < 4;
-    const std::size_t count = one ? 1 : std::min<std::size_t>(4 * pieces, 1024);
-    half_width_ = std::tan(0.5 * profile_.pitch());
-    cells_per_width_ = 0.5 * static_cast<double>(count) / half_width_;
-    cells_.resize(count);
-    const auto border = [&](std::size_t cell) {
-      const double share = static_cast<double>(cell) / static_cast<double>(count);
-      return one ? (share - 0.5) * profile_.pitch() : std::atan((2.0 * share - 1.0) * half_width_);
-    };
-    for (std::size_t cell = 0; cell < count; ++cell)
-      for (std::size_t i = 0; i < all_.size(); ++i)
-        if (may_be_in_reach(profile_.around()[i].piece, border(cell), border(cell + 1)))
-          cells_[cell].push_back(all_[i]);
-  }
+  /// Return whether one list of the pieces near a sector is faster than a look-up.
+  static bool is_short(const Profile& profile) { return profile.pieces().size() <= 4; }
 
-  std::size_t cell_of(Local at) const
+  static PieceGrid::Range range(const std::vector<int>& list)
   {
-    const double place = (at.tangential / at.radial + half_width_) * cells_per_width_;
-    return std::min(static_cast<std::size_t>(std::max(place, 0.0)), cells_.size() - 1);
+    return {list.data(), list.data() + list.size()};
   }
-
-  /// Return whether a piece can be within `reach_` of a point between two angles from the centre
-  /// line [rad]. The check uses sample points of the piece. Between two samples the piece is nearer
-  /// by at most half their distance.
-  bool may_be_in_reach(const Piece& piece, double low, double high) const
+  PieceGrid::Range near(Local at) const
   {
-    constexpr int parts = 64;
-    const double between = piece.length / parts;
-    for (int i = 0; i <= parts; ++i) {
-      const double share = static_cast<double>(i) / parts;
-      const double sweep = piece.half_angle * (2.0 * share - 1.0);
-      const Local p =
-          piece.is_arc()
-              ? piece.centre + std::abs(piece.arc_radius) *
-                                   turned(piece.middle, piece.arc_radius > 0.0 ? sweep : -sweep)
-              : piece.begin + share * piece.length * piece.tangent_begin;
-      const double angle = std::atan2(p.tangential, p.radial);
-      const double beyond = std::max({low - angle, angle - high, 0.0});
-      const double off = beyond < 0.5 * pi ? length(p) * std::sin(beyond) : length(p);
-      if (off - between <= reach_) return true;
-    }
-    return false;
+    return of_sector_.empty() ? grid_.near(at) : range(of_sector_);
   }
 
   /// Add the local minima on the pieces and on the convex edges where pieces begin. The ends of
   /// pieces reach a little too far, so that no point falls between two pieces. If two pieces claim
   /// a point, the nearer counts; both are of one surface.
-  void search(const std::vector<Candidate>& candidates, Local at, double ball_radius,
-              Minima& minima) const
+  void search(PieceGrid::Range candidates, Local at, double ball_radius, Minima& minima) const
   {
     double nearest = INFINITY;
-    for (const Candidate& c : candidates) {
+    for (const int k : candidates) {
+      const Candidate& c = candidates_[k];
       const Local gap = at - c.begin;
       const double along = dot(gap, c.tangent);
       double distance;
@@ -403,7 +386,7 @@ class ContactFinder {
         if (at_edge && along >= 0.0) continue;
       }
       if (at_edge) {
-        if (!c.begins_convex || dot(gap, c.before) < -slack_) continue;
+        if (!(c.turn < 0.0) || dot(gap, c.before) < -slack_) continue;
         distance = length(gap);
       }
       const double size = std::abs(distance);
@@ -418,7 +401,7 @@ class ContactFinder {
   void search_from_wall(Local at, double ball_radius, Minima& minima) const
   {
     minima = {};
-    search(all_, at, ball_radius, minima);
+    search(range(all_), at, ball_radius, minima);
     if (!(minima.nearest.distance < 0.0)) return;
     minima.count = 1;
     minima.of_surface[0] = minima.nearest;
@@ -469,13 +452,15 @@ class ContactFinder {
 
   Profile profile_;
   double reach_;  ///< pieces farther from a cell are not in its list [m]
+  double usual_radius_;
+  PieceGrid grid_;
   double slack_, phase_, per_pitch_, cos_half_pitch_, sin_half_pitch_;
-  std::vector<Frame> frames_;                        ///< of the sectors' centre lines
-  double half_width_ = 0.0, cells_per_width_ = 0.0;  ///< of a sector, as tangents
+  std::vector<Frame> frames_;  ///< of the sectors' centre lines
   std::vector<Patch> patches_;
-  std::vector<Owner> owners_;  ///< of the patches
-  std::vector<Candidate> all_;
-  std::vector<std::vector<Candidate>> cells_;  ///< pieces in reach of each cell
+  std::vector<Owner> owners_;          ///< of the patches
+  std::vector<Candidate> candidates_;  ///< of the pieces around a sector
+  std::vector<int> all_;               ///< indices of the candidates
+  std::vector<int> of_sector_;  ///< those within reach of the sector, if there are few pieces
 };
 
 }  // namespace millscale::liner

@@ -74,7 +74,7 @@ inline Nearest nearest(const Profile& profile, Point p)
   const bool resolved = std::abs(found.distance) > 1e-9 * profile.radius();
   const Local normal = resolved ? (1.0 / found.distance) * (local - found.on.point)
                                 : detail::normal_at(piece, found.on.point);
-  return {found.distance, piece.face, profile.owner(piece, sector + found.placed->offset),
+  return {found.distance, piece.face, profile.groove(piece, sector + found.placed->offset),
           frame.point(found.on.point), frame.point(normal)};
 }
 

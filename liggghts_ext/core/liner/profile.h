@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/liner/crossing.h"
 #include "core/liner/frame.h"
+#include "core/liner/piece.h"
 #include "core/math/checks.h"
 #include "core/math/constants.h"
 #include "core/math/format.h"
@@ -19,38 +21,6 @@ namespace millscale::liner {
 inline constexpr int most_sectors = 10'000;
 inline constexpr std::size_t most_pieces = 100'000;
 
-/// Part of the liner that a piece belongs to. The leading face of a lifter lifts the balls of its
-/// groove. A shape without lifters is groove all over.
-enum class Face { groove = 0, leading = 1, top = 2, trailing = 3 };
-
-/// Where a piece of the profile begins; it ends at the next node.
-struct Node {
-  Local point;              ///< in the frame of the sector's centre line [m]
-  double arc_radius = 0.0;  ///< 0: line; > 0: arc with its centre on the cavity's side; < 0: on the
-                            ///< wall's side [m]. An arc is at most half a turn.
-  Face face = Face::groove;  ///< of the piece
-  int ahead = 0;             ///< 1: the piece belongs to the lifter of the next sector
-  bool continues = false;    ///< no corner here: the fold is between chords of one arc
-};
-
-/// A line or an arc of the profile in the direction of rotation; the cavity is on its left.
-struct Piece {
-  Local begin, end;                  ///< in the frame of the sector's centre line [m]
-  Local tangent_begin, tangent_end;  ///< unit vectors along the piece
-  double length;                     ///< [m]
-  double arc_radius;                 ///< as in Node [m]
-  Local centre, middle;              ///< of an arc: its centre [m], unit vector to its middle
-  double half_angle;                 ///< half the angle an arc spans [rad]
-  Face face;
-  int ahead;          ///< as in Node
-  double turn = 0.0;  ///< angle by which the profile turns to the left at the piece's beginning;
-                      ///< > 0: concave corner, < 0: convex edge, 0: smooth [rad]
-  int surface = 0;    ///< number of its surface in the sector
-  int surface_ahead = 0;  ///< 1: it belongs to that surface of the next sector
-
-  bool is_arc() const { return arc_radius != 0.0; }
-};
-
 /// A piece as seen from the frame of a sector's centre line, and the sector of the piece.
 struct PlacedPiece {
   Piece piece;
@@ -59,120 +29,62 @@ struct PlacedPiece {
   double turn_end;  ///< as Piece::turn, at the end of the piece [rad]
 };
 
-/// How a liner repeats around the mill.
-struct Sectors {
-  int count = 1;
-  double phase = 0.0;  ///< polar angle of the centre line of sector 0 at rest [rad]
+/// The grooves of a liner, and the lifters between them. Lifter k trails groove k and lifts its
+/// balls. A groove reaches from the middle of its lifter to that of the next.
+struct Grooves {
+  int sectors = 1;
+  double phase = 0.0;             ///< polar angle of the centre line of sector 0 at rest [rad]
+  std::vector<double> lifters{};  ///< their middles from the centre line of their sector [rad];
+                                  ///< empty: a sector is a groove
 
-  /// Sector that a polar angle of the mill at rest lies in, 0..count-1. This is the index of the
-  /// groove there, and of the lifter that lifts the groove's balls.
+  int per_sector() const { return lifters.empty() ? 1 : static_cast<int>(lifters.size()); }
+  int count() const { return sectors * per_sector(); }
+  /// Angle from one sector to the next [rad].
+  double pitch() const { return 2.0 * pi / sectors; }
+
+  /// Groove that a polar angle of the mill at rest lies in, 0..count-1.
   int at(double psi) const
   {
-    const long k = std::lround((psi - phase) / (2.0 * pi / count));
-    return static_cast<int>(((k % count) + count) % count);
+    if (lifters.empty()) {
+      const long k = std::lround((psi - phase) / pitch());
+      return static_cast<int>(((k % sectors) + sectors) % sectors);
+    }
+    const double from_first = (psi - phase - lifters.front()) / pitch();
+    const double turns = std::floor(from_first / sectors);
+    const double place = from_first - turns * sectors;  // [0, sectors), in pitches
+    const int sector = std::min(static_cast<int>(place), sectors - 1);
+    const double beyond = lifters.front() + (place - sector) * pitch();
+    const auto next = std::upper_bound(lifters.begin(), lifters.end(), beyond);
+    const int of_sector = std::max(static_cast<int>(next - lifters.begin()) - 1, 0);
+    return sector * per_sector() + of_sector;
+  }
+
+  /// Polar angle of the middle of lifter k of the mill at rest, 0..count-1 [rad].
+  double lifter_angle(int k) const
+  {
+    const double from_centre =
+        lifters.empty() ? -0.5 * pitch() : lifters[static_cast<std::size_t>(k % per_sector())];
+    return phase + pitch() * (k / per_sector()) + from_centre;
   }
 };
 
 namespace detail {
-
-inline std::string between(double low, double high, const char* unit)
-{
-  return "must be > " + format(low) + " and < " + format(high) + " " + unit;
-}
-
-inline void require_between(const char* what, double low, double high, double got,
-                            const char* reason)
-{
-  if (!(got > low && got < high)) reject(what, between(low, high, "m") + " (" + reason + ")", got);
-}
 
 inline int wrapped(int k, int n)
 {
   return ((k % n) + n) % n;
 }
 
-/// Smallest turn of the profile's direction that counts as a corner [rad].
-inline constexpr double smooth_turn = 1e-6;
-
-inline Piece line(Local begin, Local end)
-{
-  const Local along = end - begin;
-  const double size = length(along);
-  if (!(size > 0.0)) throw std::invalid_argument("profile: two nodes must not be the same point");
-  const Local tangent = (1.0 / size) * along;
-  return {begin, end, tangent, tangent, size, 0.0, {}, {}, 0.0, Face::groove, 0};
-}
-
-inline Piece arc(Local begin, Local end, double arc_radius)
-{
-  const Local chord = end - begin;
-  const double half_chord = 0.5 * length(chord), radius = std::abs(arc_radius);
-  if (!(half_chord > 0.0 && half_chord <= radius * (1.0 + 1e-12)))
-    reject("profile, arc radius", "must be >= half the arc's chord, " + format(half_chord) + " m",
-           radius);
-  const double half_angle = std::asin(std::min(half_chord / radius, 1.0));
-  const double side = arc_radius > 0.0 ? 1.0 : -1.0;
-  const Local to_cavity = (0.5 / half_chord) * left_of(chord);
-  Local centre = 0.5 * (begin + end) + (side * radius * std::cos(half_angle)) * to_cavity;
-  if (length(centre) < 1e-12 * radius) centre = {0.0, 0.0};  // an arc around the axis
-  const auto tangent = [&](Local point) { return (side / radius) * left_of(point - centre); };
-  return {begin,      end,    tangent(begin),      tangent(end), 2.0 * radius * half_angle,
-          arc_radius, centre, (-side) * to_cavity, half_angle,   Face::groove,
-          0};
-}
-
-/// A full circle around the axis, from a point on it.
-inline Piece circle(Local begin, double radius)
-{
-  if (!(radius > 0.0) || std::abs(length(begin) - radius) > 1e-12 * radius)
-    throw std::invalid_argument("profile: a single piece must be a circle around the axis");
-  const Local out = (1.0 / radius) * begin, tangent = left_of(out);
-  return {begin,      begin, tangent,      tangent, 2.0 * pi * radius, radius, {0.0, 0.0},
-          -1.0 * out, pi,    Face::groove, 0};
-}
-
-/// The piece as seen from a frame behind its own by an angle [rad].
-inline Piece turned_piece(Piece piece, double angle)
-{
-  for (Local* v : {&piece.begin, &piece.end, &piece.tangent_begin, &piece.tangent_end,
-                   &piece.centre, &piece.middle})
-    *v = turned(*v, angle);
-  return piece;
-}
-
-/// Point of a piece nearest to a given point, and which end of the piece it is, if any.
-struct OnPiece {
-  Local point;
-  bool is_begin = false, is_end = false;
-};
-
-inline OnPiece nearest_on(const Piece& piece, Local p)
-{
-  if (!piece.is_arc()) {
-    const double along = dot(p - piece.begin, piece.tangent_begin);
-    if (along <= 0.0) return {piece.begin, true, false};
-    if (along >= piece.length) return {piece.end, false, true};
-    return {piece.begin + along * piece.tangent_begin};
-  }
-  const Local arm = p - piece.centre;
-  const double distance = length(arm);
-  const double radius = std::abs(piece.arc_radius);
-  if (distance == 0.0) return {piece.centre + radius * piece.middle};
-  if (dot(arm, piece.middle) >= distance * std::cos(piece.half_angle))
-    return {piece.centre + (radius / distance) * arm};
-  const bool begin = length(p - piece.begin) <= length(p - piece.end);
-  return {begin ? piece.begin : piece.end, begin, !begin};
-}
-
 }  // namespace detail
 
 /// Cross-section of the mill's liner: the lines and arcs of one sector, repeated n times.
 ///
-/// Sector k = 0..n-1 is centred at polar angle 2 pi k / n + phase. Its lifter, if any, trails its
-/// groove and lifts the balls of the sector. The pieces follow each other in the direction of
-/// rotation, once around the axis. A *surface* is a chain of pieces without a concave corner. Its
-/// pieces join smoothly, at convex edges, or as chords of one arc. A shape without concave corners
-/// is one surface.
+/// Sector k = 0..n-1 is centred at polar angle 2 pi k / n + phase. It may hold several lifters, or
+/// none. A *lifter* is a chain of pieces that are not groove: trailing faces, tops, leading faces.
+/// Behind a leading face begins another lifter. The pieces follow each other in the direction of
+/// rotation, once around the axis, and do not cross. A *surface* is a chain of pieces without a
+/// concave corner. Its pieces join smoothly, at convex edges, at shallow folds, or as chords of one
+/// arc. A shape without concave corners is one surface.
 class Profile {
  public:
   /// Throws std::invalid_argument if the nodes do not form such a cross-section. A single node in a
@@ -185,6 +97,8 @@ class Profile {
     find_turns();
     number_surfaces();
     measure();
+    require_no_crossing(pieces_, sectors_);
+    number_grooves();
     place_around();
   }
 
@@ -213,13 +127,14 @@ class Profile {
   /// Polar angle of the centre line of sector k [rad].
   double sector_angle(int k) const { return phase_ + pitch() * k; }
 
-  /// Sector that a polar angle lies in: the groove there, and the lifter that lifts its balls.
-  int sector_at(double psi) const { return Sectors{sectors_, phase_}.at(psi); }
+  /// Sector that a polar angle lies in.
+  int sector_at(double psi) const { return Grooves{sectors_, phase_}.at(psi); }
 
+  const Grooves& grooves() const { return grooves_; }
   /// Index of the groove, or of the lifter, that a piece of a sector belongs to.
-  int owner(const Piece& piece, int sector) const
+  int groove(const Piece& piece, int sector) const
   {
-    return detail::wrapped(sector + piece.ahead, sectors_);
+    return detail::wrapped(sector * grooves_.per_sector() + piece.groove, grooves_.count());
   }
   /// Index of the surface of a piece of a sector, >= 0.
   int surface(const Piece& piece, int sector) const
@@ -284,16 +199,14 @@ class Profile {
   /// depend on the node where the sector begins.
   void number_surfaces()
   {
-    const auto ends_a_surface = [this](std::size_t i) {
-      return pieces_[i].turn > 0.0 && !nodes_[i].continues;
-    };
     int corners = 0;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      corners += ends_a_surface(i) ? 1 : 0;
+      pieces_[i].corner = pieces_[i].turn >= detail::smallest_corner && !nodes_[i].continues;
+      corners += pieces_[i].corner ? 1 : 0;
       pieces_[i].surface = corners;
     }
     if (corners == 0) return;
-    if (ends_a_surface(0))
+    if (pieces_[0].corner)
       for (Piece& piece : pieces_) --piece.surface;
     std::vector<bool> groove(static_cast<std::size_t>(corners), false);
     for (Piece& piece : pieces_) {
@@ -328,12 +241,89 @@ class Profile {
     for (const Piece& piece : pieces_)  // remove the rounding of the ends of an arc around the axis
       if (length(piece.centre) == 0.0 && std::abs(radius_ - piece.arc_radius) < 1e-12 * radius_)
         radius_ = piece.arc_radius;
+    const Piece& last = pieces_.back();
+    const double to_last_node =
+        around - std::atan2(cross(last.begin, last.end), dot(last.begin, last.end));
+    if (to_last_node < -0.5 * pitch())
+      throw std::invalid_argument(
+          "profile: it is inside-out: from its first node to its last it goes by " +
+          format(to_last_node) +
+          " rad around the axis, against the direction of rotation; reverse "
+          "the order of the nodes");
     if (!is_drum() && !(std::abs(around - pitch()) < 1e-6))
       throw std::invalid_argument(
           "profile: the pieces of a sector must go around the axis by the pitch, " +
           format(pitch()) + " rad, got " + format(around));
     if (!(clear_radius_ > 0.0))
       throw std::invalid_argument("profile: the axis must lie in the cavity");
+  }
+
+  /// Number grooves and lifters. At the beginning of a sector lies the lifter that the last sector
+  /// began `ahead`, or else the groove behind the last lifter of the last sector.
+  void number_grooves()
+  {
+    grooves_ = {sectors_, phase_};
+    const std::size_t count = pieces_.size();
+    const auto begins_lifter = [&](std::size_t i) {
+      const Face face = pieces_[i].face, before = pieces_[(i + count - 1) % count].face;
+      return face != Face::groove &&
+             (before == Face::groove || (before == Face::leading && face != Face::leading));
+    };
+    std::vector<std::size_t> begins;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (begins_lifter(i)) begins.push_back(i);
+      pieces_[i].groove = static_cast<int>(begins.size());
+    }
+    if (begins.empty()) {
+      for (Piece& piece : pieces_) piece.groove = piece.ahead;
+      return;
+    }
+    const bool ahead = std::any_of(pieces_.begin() + static_cast<long>(begins.back()),
+                                   pieces_.end(), [](const Piece& p) { return p.ahead == 1; });
+    for (Piece& piece : pieces_) piece.groove -= ahead ? 0 : 1;
+    if (ahead) {
+      std::rotate(begins.begin(), begins.end() - 1, begins.end());
+    }
+    for (const std::size_t begin : begins) {
+      std::size_t end = begin + 1;
+      while (end < begin + count && pieces_[end % count].face != Face::groove &&
+             !begins_lifter(end % count))
+        ++end;
+      const bool of_last = ahead && begin == begins.front();
+      grooves_.lifters.push_back(middle_of(begin, end) - (of_last ? pitch() : 0.0));
+    }
+    // The middle of an equal lifter on the sectors' border is known exactly.
+    if (begins.size() == 1 && std::abs(grooves_.lifters[0] + 0.5 * pitch()) < 1e-9)
+      grooves_.lifters.clear();
+  }
+
+  /// Angle of the middle of a lifter from the sector's centre line: the middle of its tops, or the
+  /// point nearest to the axis [rad]. begin, end: of its pieces, beyond the sector's last too.
+  double middle_of(std::size_t begin, std::size_t end) const
+  {
+    const std::size_t count = pieces_.size();
+    const auto angle_from = [](Local a, Local b) { return std::atan2(cross(a, b), dot(a, b)); };
+    const Local first = pieces_[0].begin;
+    double angle = std::atan2(first.tangential, first.radial);
+    for (std::size_t i = 0; i < begin; ++i) angle += angle_from(pieces_[i].begin, pieces_[i].end);
+    double low = 0.0, high = 0.0, crest = 0.0, least = INFINITY;
+    bool has_top = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Piece& piece = pieces_[i % count];
+      const double after = angle + angle_from(piece.begin, piece.end);
+      const Local nearest = detail::nearest_on(piece, {0.0, 0.0}).point;
+      if (length(nearest) < least) {
+        least = length(nearest);
+        crest = angle + angle_from(piece.begin, nearest);
+      }
+      if (piece.face == Face::top) {
+        if (!has_top) low = angle;
+        high = after;
+        has_top = true;
+      }
+      angle = after;
+    }
+    return has_top ? 0.5 * (low + high) : crest;
   }
 
   void place_around()
@@ -358,6 +348,7 @@ class Profile {
   std::vector<Piece> pieces_;
   std::vector<PlacedPiece> around_;
   std::vector<bool> groove_surfaces_;
+  Grooves grooves_;
   int sectors_;
   double phase_, radius_ = 0.0, clear_radius_ = 0.0;
 };

@@ -57,7 +57,7 @@ class ChargeSums {
         mill_at_rest_(0.0),
         numbers_(first_bin + bins_, 0.0)
   {
-    if (plan.liner.sectors() > 1) box_.emplace(plan.liner);
+    if (liner::has_groove(plan.liner)) box_.emplace(plan.liner);
   }
 
   /// Forgets the balls; those that follow are in a mill at this angle [rad].

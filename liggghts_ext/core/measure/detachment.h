@@ -13,8 +13,8 @@ namespace millscale::detachment {
 /// The mill and its liner.
 struct Mill {
   MillFrame frame;
-  double radius = 0.0;       ///< at the liner [m]
-  liner::Sectors sectors{};  ///< of the liner
+  double radius = 0.0;  ///< at the liner [m]
+  liner::Grooves grooves{};
 };
 
 /// A point of the cross-section in polar form.
@@ -44,11 +44,11 @@ inline double angle_from_vertical(double psi)
   return alpha > pi ? alpha - 2.0 * pi : alpha;
 }
 
-/// Sector of the liner that a polar angle lies in; its lifter trails its groove and pushes its
-/// balls. A plain drum has the one sector 0.
-inline int sector(const Mill& mill, double psi, double mill_angle)
+/// Groove of the liner that a polar angle lies in; its lifter trails it and pushes its balls. A
+/// liner without lifters has a groove for each sector, a plain drum the groove 0.
+inline int groove(const Mill& mill, double psi, double mill_angle)
 {
-  return mill.sectors.at(psi - mill_angle);
+  return mill.grooves.at(psi - mill_angle);
 }
 
 enum class State { on_wall = 1, in_bed = 2, in_flight = 3 };
@@ -63,9 +63,9 @@ struct Observation {
 };
 
 /// A moment at which a ball lost a contact. count is the number of confirmed ones so far; angle and
-/// sector are worked out when it is confirmed.
+/// groove are worked out when it is confirmed.
 struct Event {
-  double count = 0.0, angle = 0.0, mill_angle = 0.0, sector = 0.0, time = 0.0;
+  double count = 0.0, angle = 0.0, mill_angle = 0.0, groove = 0.0, time = 0.0;
   Vector position{}, velocity{};
 };
 
@@ -110,7 +110,7 @@ inline Event confirmed_event(const Mill& mill, Event e)
 {
   const double psi = polar(mill, e.position).psi;
   e.angle = angle_from_vertical(psi);
-  e.sector = sector(mill, psi, e.mill_angle);
+  e.groove = groove(mill, psi, e.mill_angle);
   return e;
 }
 
@@ -256,7 +256,7 @@ inline void follow_carrier(double& carrier, const Mill& mill, const Drive& drive
                            const Observation& now, double gap_over_radius)
 {
   if (carried(mill, drive, now, gap_over_radius))
-    carrier = sector(mill, polar(mill, now.position).psi, now.mill_angle);
+    carrier = groove(mill, polar(mill, now.position).psi, now.mill_angle);
 }
 
 /// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)

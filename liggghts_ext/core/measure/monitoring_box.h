@@ -15,7 +15,7 @@ class MonitoringBox {
   /// Throws std::invalid_argument for a plain drum, which has no groove.
   explicit MonitoringBox(const liner::Profile& liner)
   {
-    const liner::Frame middle(liner.sector_angle(0));
+    const liner::Frame middle(liner::groove_middle(liner));
     const std::array<liner::Point, 4> corner = liner::groove_box(liner);
     const liner::Local outer = middle.local(corner[1]), inner = middle.local(corner[2]);
     outer_ = outer.radial;

@@ -11,6 +11,7 @@
 #include "modify.h"
 #include "update.h"
 
+#include "core/liner/groove_box.h"
 #include "core/math/constants.h"
 #include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
@@ -85,7 +86,7 @@ void ComputeMillCharge::init()
     liner_ = StyleLiner(modify, *mill_fix_).of(liner_arguments_);
     sums_ = std::make_unique<charge::ChargeSums>(
         charge::Plan{*liner_, mill_fix_->scaled().mill.ball_radius, mill_fix_->gravity(),
-                     box_angle_.value_or(liner_->phase())});
+                     box_angle_.value_or(millscale::liner::groove_middle(*liner_))});
   } catch (const std::invalid_argument& problem) {
     error->compute_error(FLERR, this, problem.what());
   }

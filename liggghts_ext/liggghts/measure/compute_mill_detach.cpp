@@ -24,7 +24,7 @@ void put_event(const detachment::Event& event, double*& out)
   *out++ = event.count;
   *out++ = event.angle;
   *out++ = event.mill_angle;
-  *out++ = event.sector;
+  *out++ = event.groove;
   for (double x : event.position) *out++ = x;
   for (double v : event.velocity) *out++ = v;
 }

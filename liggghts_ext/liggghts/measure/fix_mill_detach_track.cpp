@@ -145,11 +145,11 @@ void FixMillDetachTrack::take_liner()
   if (liner_given_ || !mill_fix_->states_liner())
     StyleLiner(modify, *mill_fix_)
         .require_same_lifters({mill_.radius, lifter_top_radius_, 0.0, 0.0, lifters_, phase_});
-  mill_.sectors = {std::max(lifters_, 1), phase_};
+  mill_.grooves = {std::max(lifters_, 1), phase_};
   inner_radius_ = lifter_top_radius_;
   if (!mill_fix_->states_liner()) return;
   const millscale::liner::Profile& profile = *mill_fix_->liner();
-  mill_.sectors = {profile.sectors(), profile.phase()};
+  mill_.grooves = profile.grooves();
   inner_radius_ = profile.is_drum() ? 0.0 : profile.clear_radius();
 }
 
@@ -297,7 +297,7 @@ void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record&
 /// depends on the step alone, so a restart changes nothing.
 bool FixMillDetachTrack::looks_at_carriers() const
 {
-  const double interval = 2.0 * millscale::pi / (25.0 * mill_.sectors.count);
+  const double interval = 2.0 * millscale::pi / (25.0 * mill_.grooves.count());
   const double angle = mill_fix_->mill_angle();
   const double before = angle - mill_fix_->speed_now() * update->dt;
   return std::floor(angle / interval) != std::floor(before / interval);

@@ -19,7 +19,7 @@ Mill mill()
 {
   Mill frame;
   frame.radius = 1.0;
-  frame.sectors.count = 25;
+  frame.grooves.sectors = 25;
   return frame;
 }
 
@@ -60,29 +60,29 @@ TEST(Angle, IsFromTheTopAndPositiveOnTheRisingSide)
   EXPECT_NEAR(angle_from_vertical(0.0), pi, 1e-15);         // bottom
 }
 
-TEST(Sector, FollowsTheMillAndMatchesABruteForceSearch)
+TEST(Groove, FollowsTheMillAndMatchesABruteForceSearch)
 {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> angle(-pi, pi), turns(0.0, 50.0);
   const Mill frame = mill();
-  const double pitch = 2.0 * pi / frame.sectors.count;
+  const double pitch = 2.0 * pi / frame.grooves.sectors;
   for (int i = 0; i < 1000; ++i) {
     const double psi = angle(random), mill_angle = turns(random);
     int nearest = 0;
     double best = 1e9;
-    for (int k = 0; k < frame.sectors.count; ++k) {
+    for (int k = 0; k < frame.grooves.sectors; ++k) {
       const double apart = std::abs(std::remainder(psi - mill_angle - k * pitch, 2.0 * pi));
       if (apart < best) best = apart, nearest = k;
     }
-    EXPECT_EQ(sector(frame, psi, mill_angle), nearest);
+    EXPECT_EQ(groove(frame, psi, mill_angle), nearest);
   }
 }
 
-TEST(Sector, OfAPlainDrumIsZero)
+TEST(Groove, OfAPlainDrumIsZero)
 {
   Mill drum = mill();
-  drum.sectors.count = 1;
-  EXPECT_EQ(sector(drum, 2.0, 17.0), 0);
+  drum.grooves.sectors = 1;
+  EXPECT_EQ(groove(drum, 2.0, 17.0), 0);
 }
 
 TEST(Observe, RecordsTheFlightAtTheStepContactWasLost)
