@@ -222,7 +222,8 @@ void bind_profile(nb::module_& m)
           "centre line, in the direction of rotation. Each begins a piece that ends at the next "
           "node: a line (arc_radius 0), or an arc with its centre in the cavity (> 0) or in the "
           "wall (< 0) [m]. face: 0 groove, 1 leading, 2 top, 3 trailing; ahead: 1 for a piece of "
-          "the next sector's lifter.")
+          "the next sector's first lifter. Raises ValueError, with the place, if the outline is "
+          "inside-out or crosses itself, or if it does not go once around the axis.")
       .def_prop_ro("nodes", &node_rows, "Nodes as the constructor takes them.")
       .def_prop_ro("text", &profile_text,
                    "The profile as text of the file that `profile` of fix mill/similarity reads.")
@@ -232,6 +233,20 @@ void bind_profile(nb::module_& m)
       .def_prop_ro("phase", &Profile::phase,
                    "Polar angle of the centre line of sector 0 at rest [rad].")
       .def_prop_ro("pitch", &Profile::pitch, "Angle from sector to sector [rad].")
+      .def_prop_ro(
+          "lifter_angles",
+          [](const Profile& l) {
+            return column<double>(
+                static_cast<std::size_t>(l.grooves().count()),
+                [&](std::size_t k) { return l.grooves().lifter_angle(static_cast<int>(k)); });
+          },
+          "(n,) float, polar angles of the middles of all lifters at rest, from the bottom in the "
+          "direction of rotation [rad]. Lifter k trails groove k. Without lifters: the borders of "
+          "the sectors.")
+      .def_prop_ro("groove_middle", &groove_middle,
+                   "Polar angle of the middle of groove 0 at rest [rad].")
+      .def_prop_ro("has_groove", &has_groove,
+                   "False for a plain drum, and for a shape of one sector without straight faces.")
       .def_prop_ro("area", &area, "Area of the cavity, exact [m^2].")
       .def_prop_ro("narrowest_width", &narrowest_width,
                    "Narrowest width of a groove, at its foot or at its mouth [m].")
@@ -288,7 +303,7 @@ void bind_profile(nb::module_& m)
           },
           "Return the corners (4, 2) [m] of the box that holds groove 0 at rest. It lies between "
           "the planes of the facing lifter faces, from the tangent to the liner to the lifter "
-          "tops. Without lifters the box holds the whole sector.");
+          "tops. Without straight faces the box holds the whole sector.");
 }
 
 void bind_lifters(nb::module_& m)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/liner/fillets.h"
 #include "core/liner/patch.h"
 #include "core/liner/piece_grid.h"
 #include "core/liner/polygon.h"
@@ -77,9 +78,9 @@ struct Found {
 /// reaches no farther than the two sectors beside its own.
 class ContactFinder {
  public:
-  /// The search is fastest for balls of up to `usual_radius` [m].
+  /// For balls of up to `usual_radius` [m]; larger balls are searched slowly.
   ContactFinder(const Profile& profile, double usual_radius)
-      : profile_(profile),
+      : profile_(with_corners_for(profile, usual_radius)),
         reach_((is_short(profile) ? 2.0 : 1.5) * usual_radius),
         usual_radius_(usual_radius),
         grid_(profile, reach_, is_short(profile) ? profile.radius() / 64 : 0.5 * usual_radius),
@@ -96,6 +97,7 @@ class ContactFinder {
     make_patches();
   }
 
+  /// The profile, with corners where it turns in too narrowly for the balls.
   const Profile& profile() const { return profile_; }
   /// Smallest distance of the liner from the axis [m].
   double clear_radius() const { return profile_.clear_radius(); }

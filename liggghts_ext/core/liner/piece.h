@@ -24,6 +24,7 @@ struct Node {
   Face face = Face::groove;  ///< of the piece
   int ahead = 0;             ///< 1: the piece belongs to the first lifter of the next sector
   bool continues = false;    ///< no corner here: the fold is between chords of one arc
+  bool corner = false;  ///< a corner here, whatever the fold: in a turn too narrow for the ball
 };
 
 /// A line or an arc of the profile in the direction of rotation; the cavity is on its left.

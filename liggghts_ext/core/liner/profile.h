@@ -201,7 +201,8 @@ class Profile {
   {
     int corners = 0;
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      pieces_[i].corner = pieces_[i].turn >= detail::smallest_corner && !nodes_[i].continues;
+      pieces_[i].corner =
+          nodes_[i].corner || (pieces_[i].turn >= detail::smallest_corner && !nodes_[i].continues);
       corners += pieces_[i].corner ? 1 : 0;
       pieces_[i].surface = corners;
     }

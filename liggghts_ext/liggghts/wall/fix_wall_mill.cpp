@@ -145,7 +145,7 @@ void FixWallMill::make_patches()
   surfaces_.clear();
   for (std::size_t k = 0; k < patches_.size(); ++k) {
     const double key = 1.0 + finder_->surface_of(k);
-    surfaces_.push_back({key, mark_of(*liner_, key)});
+    surfaces_.push_back({key, mark_of(finder_->profile(), key)});
   }
   if (!ends_) return;
   const double turns = ends_turn_ ? 1.0 : 0.0;
@@ -339,7 +339,7 @@ void FixWallMill::count_touching()
   for (int i = 0; i < atom->nlocal; ++i) {
     for (int s = 0; s < slots && slot(i, s)[0] != 0.0; ++s)
       touching_[i] |=
-          static_cast<signed char>(mark_of(*liner_, slot(i, s)[0]) | (s > 0 ? several : 0));
+          static_cast<signed char>(mark_of(finder_->profile(), slot(i, s)[0]) | (s > 0 ? several : 0));
   }
 }
 

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <random>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "core/liner/area.h"
 #include "core/liner/contacts.h"
+#include "core/liner/fillets.h"
 #include "core/liner/groove_box.h"
+#include "core/liner/liner_families.h"
 #include "core/liner/nearest.h"
 #include "core/liner/offset.h"
 #include "core/liner/paper_liners.h"
@@ -357,6 +360,176 @@ TEST(Profile, NarrowestWidthOfLiftersIsThatOfFootOrMouth)
     EXPECT_NEAR(narrowest_width(liner), std::min(mouth, liner.groove_width()), 1e-14);
   }
   EXPECT_DOUBLE_EQ(narrowest_width(Lifters(Widths{2.0, 0.0, 0.0, 0.0, 0, 0.0})), 4.0);
+}
+
+/// Text of the error, empty without one.
+template <class Make>
+std::string error_of(const Make& make)
+{
+  try {
+    make();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+Local polar_point(double r, double angle)
+{
+  return {r * std::cos(angle), r * std::sin(angle)};
+}
+
+TEST(Profile, RefusesAnOutlineThatCrossesItselfWithThePlace)
+{
+  const auto profile = [](std::vector<Local> points, int sectors) {
+    std::vector<Node> nodes;
+    for (const Local p : points) nodes.push_back({p});
+    return error_of([&] { Profile(nodes, sectors, 0.0); });
+  };
+  // A loop within a sector: out, back across the way, and on.
+  const std::string loop =
+      profile({{1.0, -0.1}, {0.9, 0.06}, {0.9, -0.06}, {1.0, 0.1}, {1.0, 0.15}}, 12);
+  EXPECT_NE(loop.find("pieces 0 and 2 cross or touch at (0.9"), std::string::npos) << loop;
+  EXPECT_NE(loop.find("must not cross itself"), std::string::npos);
+  // A face that leans over the sector's border through the lifter of the next sector.
+  const std::string next = profile({polar_point(1.0, -0.2), polar_point(0.8, -0.2),
+                                    polar_point(0.9, 0.35), polar_point(1.0, 0.1)},
+                                   12);
+  EXPECT_NE(next.find(" of the next sector cross"), std::string::npos) << next;
+  // A spike.
+  const std::string spike =
+      profile({{1.0, -0.1}, {0.9, 0.0}, {1.0, 0.0}, {0.8, 0.0}, {1.0, 0.1}}, 12);
+  EXPECT_NE(spike.find("piece 2 folds back"), std::string::npos) << spike;
+  // The last piece all around crosses a piece near the first.
+  std::vector<Local> ring;
+  for (int i = 0; i < 40; ++i) ring.push_back(polar_point(1.0, 2.0 * pi * i / 40));
+  EXPECT_EQ(profile(ring, 1), "");
+  ring.back() = polar_point(1.05, 2.0 * pi * 3.5 / 40);
+  EXPECT_NE(profile(ring, 1), "");
+  for (const Profile& each : profiles())
+    EXPECT_EQ(error_of([&] { Profile(each.nodes(), each.sectors(), each.phase()); }), "");
+}
+
+TEST(Profile, RefusesAnOutlineInsideOut)
+{
+  for (const int sectors : {1, 12}) {
+    std::vector<Node> nodes;
+    for (int i = 0; i < 20; ++i)
+      nodes.push_back({polar_point(1.0 - 0.02 * (i % 3), -2.0 * pi / sectors * i / 20)});
+    const std::string error = error_of([&] { Profile(nodes, sectors, 0.0); });
+    EXPECT_NE(error.find("inside-out"), std::string::npos) << error;
+  }
+}
+
+TEST(Profile, ThousandsOfPiecesAllAroundAreChecked)
+{
+  std::vector<Node> nodes;
+  const int count = 5'000;
+  for (int i = 0; i < count; ++i)
+    nodes.push_back({polar_point(1.0 - 0.05 * (i / 50 % 2), 2.0 * pi * i / count)});
+  const Profile ring(nodes, 1, 0.0);
+  EXPECT_EQ(ring.surfaces_per_sector(), count / 50);
+  nodes[2'000].point = polar_point(0.9, 2.0 * pi * 1'990.5 / count);
+  EXPECT_NE(error_of([&] { Profile(nodes, 1, 0.0); }), "");
+}
+
+TEST(Profile, ShallowFoldsAreOneSurfaceAndCornersTwo)
+{
+  const auto folds = [](double fold) {  // of a polygon, each side with a node in its middle
+    const int sides = static_cast<int>(std::lround(2.0 * pi / fold));
+    const Local middle{std::cos(pi / sides), 0.0};
+    return Profile({{polar_point(1.0, -pi / sides)}, {middle}}, sides, 0.0);
+  };
+  EXPECT_EQ(folds(0.25).surfaces_per_sector(), 0);
+  EXPECT_EQ(folds(0.35).surfaces_per_sector(), 1);
+}
+
+TEST(Profile, TurnsTooNarrowForTheBallAreCorners)
+{
+  for (const Family& family : liner_families()) {
+    if (family.name != "rib") continue;  // its feet are rounded by 0.01 m
+    const auto surfaces = [&](double ball) {
+      return with_corners_for(family.profile, ball).surfaces_per_sector();
+    };
+    EXPECT_EQ(surfaces(0.009), 1);  // the sharp foot
+    EXPECT_EQ(surfaces(0.011), 2);
+    EXPECT_EQ(with_corners_for(wall_profile(family.profile, 1e-5), 0.011).surfaces_per_sector(), 2);
+    EXPECT_EQ(with_corners_for(wall_profile(family.profile, 1e-5), 0.009).surfaces_per_sector(), 1);
+    EXPECT_GT(narrowest_width(family.profile), 0.2);  // a fillet is no groove
+  }
+  for (const Profile& profile : profiles())
+    EXPECT_EQ(with_corners_for(profile, 0.02).surfaces_per_sector(), profile.surfaces_per_sector());
+}
+
+TEST(Profile, GroovesAreCountedFromLifterToLifter)
+{
+  for (const Lifters& liner : various_liners())
+    for (int k = 0; k < liner.sectors(); ++k) {
+      EXPECT_EQ(liner.grooves().at(liner.sector_angle(k)), k);
+      EXPECT_EQ(liner.grooves().lifter_angle(k),
+                liner.phase() + liner.pitch() * k - 0.5 * liner.pitch());
+    }
+  for (const Family& family : liner_families()) {
+    if (family.name.find("hi-lo") == std::string::npos) continue;
+    SCOPED_TRACE(family.name);
+    const Profile& profile = family.profile;
+    const Grooves& grooves = profile.grooves();
+    ASSERT_EQ(grooves.count(), 24);
+    for (int k = 0; k < 24; ++k) {
+      const int sector = k / 2;
+      const double middle = pi / 6.0 * sector + (k % 2 ? 0.05 : -0.2);
+      const double angle = grooves.lifter_angle(k);
+      EXPECT_NEAR(angle, middle, 0.005);  // the arc at the front of the top counts as top
+      EXPECT_EQ(grooves.at(angle + 1e-9), k);
+      EXPECT_EQ(grooves.at(angle - 1e-9 + 2.0 * pi), (k + 23) % 24);
+      // The leading face belongs to the lifter, and the groove before it too.
+      const auto number = [&](double angle, double r) {
+        return nearest(profile, Frame(angle).point({r, 0.0}));
+      };
+      const Nearest top = number(middle, 0.8), groove = number(middle + 0.12, 0.99);
+      EXPECT_EQ(top.face, Face::top);
+      EXPECT_EQ(top.sector, k);
+      EXPECT_EQ(groove.face, Face::groove);
+      EXPECT_EQ(groove.sector, k);
+    }
+  }
+}
+
+TEST(Profile, ALifterOverTheSectorsBorderIsThatOfTheNextSectorIfItIsAhead)
+{
+  // The same outline, cut in the middle of its lifters or in its grooves.
+  const Lifters cut = trapezoid_mill();
+  std::vector<Node> nodes = cut.nodes();
+  std::rotate(nodes.begin(), nodes.begin() + 3, nodes.end());
+  nodes[0].point = turned(nodes[0].point, -cut.pitch());
+  nodes[0].ahead = 0;
+  const Profile moved(nodes, 25, 0.0);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> psi(-pi, pi), r(3.0, 3.9);
+  for (int i = 0; i < 2'000; ++i) {
+    const Point p = Frame(psi(random)).point({r(random), 0.0});
+    const Nearest a = nearest(cut, p), b = nearest(moved, p);
+    EXPECT_EQ(a.face, b.face);
+    EXPECT_EQ(a.sector, b.sector);
+  }
+}
+
+TEST(Profile, GrooveBoxOfSeveralLiftersIsThatOfTheFirstGroove)
+{
+  for (const Family& family : liner_families()) {
+    if (family.name.find("hi-lo") == std::string::npos) continue;
+    const auto box = groove_box(family.profile);
+    // From the leading face of lifter 0 at -0.2 rad to the trailing face of lifter 1 at 0.05 rad.
+    EXPECT_LT(groove_middle(family.profile), 0.0);
+    EXPECT_GT(groove_middle(family.profile), -0.15);
+    for (const Point corner : box) {
+      EXPECT_GT(polar_angle(corner), -0.2);
+      EXPECT_LT(polar_angle(corner), 0.05);
+    }
+    EXPECT_LT(polar_angle(box[0]), polar_angle(box[1]));
+    EXPECT_LT(polar_angle(box[3]), polar_angle(box[2]));
+  }
+  EXPECT_FALSE(has_groove(Lifters(Widths{2.0})));
 }
 
 TEST(Profile, RefusesPiecesThatDoNotGoOnceAroundTheAxis)
