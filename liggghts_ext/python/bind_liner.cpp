@@ -240,6 +240,7 @@ void bind_profile(nb::module_& m)
                 static_cast<std::size_t>(l.grooves().count()),
                 [&](std::size_t k) { return l.grooves().lifter_angle(static_cast<int>(k)); });
           },
+          nb::rv_policy::move,
           "(n,) float, polar angles of the middles of all lifters at rest, from the bottom in the "
           "direction of rotation [rad]. Lifter k trails groove k. Without lifters: the borders of "
           "the sectors.")

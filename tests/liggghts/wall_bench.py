@@ -96,7 +96,10 @@ class Mill:
             f"omega {self.omega!r} ball_radius 0.001 centrifuging allow start {self.start}"
         )
         if self.wall != "mesh":
-            return f"{self._analytic(wall_type)}\n{drive}\n"
+            if isinstance(self.liner, _core.Lifters):
+                return f"{self._analytic(wall_type, self._lifters())}\n{drive}\n"
+            (folder / "liner.csv").write_text(self.liner.text)
+            return f"{self._analytic(wall_type, '')}\n{drive} profile liner.csv\n"
         mesh = build_liner_mesh(self.liner, self.length, self.chord_error, self.axial_divisions)
         write_stl(folder / "liner.stl", mesh)
         return (
@@ -106,16 +109,19 @@ class Mill:
             f"mesh n_meshes 1 meshes liner\n{drive} mesh liner\n"
         )
 
-    def _analytic(self, wall_type):
+    def _lifters(self):
         liner = self.liner
         shape = (
             f"lifters {liner.lifters} lifter_top_radius {liner.lifter_top_radius!r} "
             f"lifter_top_width {liner.lifter_top_width!r} groove_width {liner.groove_width!r} "
         )
+        return f"phase {liner.phase!r} {shape if liner.lifters else ''}"
+
+    def _analytic(self, wall_type, shape):
         groove = "arc" if self.wall == "arc" else f"polygon {self.chord_error!r}"
         return (
-            f"fix liner all wall/mill mill mill type {wall_type} phase {liner.phase!r} "
-            f"groove {groove} {shape if liner.lifters else ''}{self.words}"
+            f"fix liner all wall/mill mill mill type {wall_type} groove {groove} "
+            f"{shape}{self.words}"
         )
 
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -28,13 +29,8 @@ struct MovedPiece {
 
 inline MovedPiece moved(const Piece& piece, double distance)
 {
-  const double radius = piece.arc_radius - distance;  // either sign: an arc that bulges in grows
-  if (piece.is_arc() && !(radius * piece.arc_radius > 0.0))
-    reject("offset",
-           "must be < " + format(piece.arc_radius) + " m, the radius of an arc, which vanishes",
-           distance);
   return {piece.begin + distance * left_of(piece.tangent_begin), piece.tangent_begin, piece.centre,
-          piece.is_arc() ? radius : 0.0};
+          piece.is_arc() ? piece.arc_radius - distance : 0.0};
 }
 
 /// The common point of two moved pieces that is nearest to a given point; none if the pieces do not
@@ -42,8 +38,9 @@ inline MovedPiece moved(const Piece& piece, double distance)
 inline std::optional<Local> crossing(const MovedPiece& a, const MovedPiece& b, Local near)
 {
   if (a.radius == 0.0 && b.radius == 0.0) {
-    const double along = cross(b.point - a.point, b.tangent) / cross(a.tangent, b.tangent);
-    return a.point + along * a.tangent;
+    const double sine = cross(a.tangent, b.tangent);
+    if (std::abs(sine) < 1e-12) return std::nullopt;
+    return a.point + (cross(b.point - a.point, b.tangent) / sine) * a.tangent;
   }
   if (a.radius == 0.0) return crossing(b, a, near);
   // Points of a's circle on a line: b itself, or the line through both points of two circles.
@@ -66,6 +63,105 @@ inline std::optional<Local> crossing(const MovedPiece& a, const MovedPiece& b, L
   return length(one - near) <= length(other - near) ? one : other;
 }
 
+/// An outline whose pieces move along their normals and vanish.
+class MovingOutline {
+ public:
+  explicit MovingOutline(const Profile& profile) : profile_(profile)
+  {
+    const std::vector<Piece>& pieces = profile.pieces();
+    int group = 0;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (i > 0 && pieces[i].face != pieces[i - 1].face) ++group;
+      groups_.push_back(group);
+      left_.push_back(i);
+    }
+    if (pieces.front().face == pieces.back().face)
+      std::replace(groups_.begin(), groups_.end(), group, 0);
+  }
+
+  /// Move all pieces by a distance [m], farther than before.
+  void move_to(double distance)
+  {
+    distance_ = distance;
+    for (std::size_t vanishing = find_vanishing(); vanishing < left_.size();
+         vanishing = find_vanishing())
+      leave_out(vanishing);
+  }
+
+  std::vector<Node> nodes() const
+  {
+    std::vector<Node> result;
+    for (std::size_t k = 0; k < left_.size(); ++k) {
+      Node node = profile_.nodes()[left_[k]];
+      node.arc_radius = moved(pieces()[left_[k]], distance_).radius;
+      node.point = *begin_of(k);
+      node.continues = node.continues && follows(k);
+      result.push_back(node);
+    }
+    return result;
+  }
+
+ private:
+  const std::vector<Piece>& pieces() const { return profile_.pieces(); }
+  std::size_t before(std::size_t k) const { return k > 0 ? k - 1 : left_.size() - 1; }
+  /// Return whether nothing is left out before piece k of those left.
+  bool follows(std::size_t k) const { return (left_[before(k)] + 1) % pieces().size() == left_[k]; }
+
+  /// Where piece k of those left begins; nowhere if it does not meet the piece before it.
+  std::optional<Local> begin_of(std::size_t k) const
+  {
+    const Piece& own = pieces()[left_[k]];
+    const Local straight = own.begin + distance_ * left_of(own.tangent_begin);
+    if (follows(k) && own.turn == 0.0) return straight;
+    Piece last = pieces()[left_[before(k)]];
+    if (k == 0) last = turned_piece(last, -profile_.pitch());
+    const Local end = last.end + distance_ * left_of(last.tangent_end);
+    return crossing(moved(last, distance_), moved(own, distance_), 0.5 * (straight + end));
+  }
+
+  /// The first piece of those left that has vanished; their number if none has.
+  std::size_t find_vanishing() const
+  {
+    for (std::size_t k = 0; k < left_.size(); ++k) {
+      const Piece& piece = pieces()[left_[k]];
+      const MovedPiece own = moved(piece, distance_);
+      if (piece.is_arc() && !(own.radius * piece.arc_radius > 0.0)) return k;
+      if (profile_.is_drum()) continue;
+      const std::size_t next = (k + 1) % left_.size();
+      const auto begin = begin_of(k);
+      auto end = begin_of(next);
+      if (!begin || !end) return shorter(begin ? k : before(k), begin ? next : k);
+      if (next == 0) end = turned(*end, profile_.pitch());
+      const double way = piece.is_arc() ? cross(*begin - own.centre, *end - own.centre) * own.radius
+                                        : dot(*end - *begin, own.tangent);
+      const bool half_turn = piece.is_arc() && piece.half_angle > 0.25 * pi &&
+                             dot(*begin - own.centre, *end - own.centre) < 0.0;
+      if (!(way > 0.0) && !half_turn) return k;
+    }
+    return left_.size();
+  }
+
+  std::size_t shorter(std::size_t one, std::size_t other) const
+  {
+    return pieces()[left_[one]].length <= pieces()[left_[other]].length ? one : other;
+  }
+
+  void leave_out(std::size_t k)
+  {
+    const std::size_t piece = left_[k];
+    left_.erase(left_.begin() + static_cast<long>(k));
+    for (const std::size_t other : left_)
+      if (groups_[other] == groups_[piece]) return;
+    throw std::invalid_argument("offset: moved by " + format(distance_) + " m piece " +
+                                std::to_string(piece) + " of the profile vanishes");
+  }
+
+  const Profile& profile_;
+  double distance_ = 0.0;
+  std::vector<int> groups_;        ///< number of each piece's face; faces of one lifter differ
+  std::vector<std::size_t> left_;  ///< pieces that have not vanished
+};
+
 }  // namespace detail
 
 /// The profile shrunk by S in every length; phase and angles stay.
@@ -80,39 +176,23 @@ inline Profile scaled(const Profile& profile, double S)
   return {nodes, profile.sectors(), profile.phase()};
 }
 
-/// The profile with every piece moved by `distance` towards the cavity (negative: into the wall).
-/// Corners are mitred, smooth joints stay smooth. With `distance` equal to a ball's radius the
-/// result is the path of the ball's centre, except at convex edges. The centre passes a convex edge
-/// on an arc. Throws std::invalid_argument if a piece vanishes.
+/// The profile with every piece moved by `distance` towards the cavity (negative: into the wall):
+/// its true offset but for convex edges and, into the wall, concave corners, which stay sharp.
+/// Smooth joints stay smooth. A piece that vanishes, as a fillet moved by more than its radius, is
+/// left out, and its neighbours meet. With `distance` equal to a ball's radius the result is the
+/// path of the ball's centre, except at convex edges. The centre passes a convex edge on an arc.
+/// Throws std::invalid_argument if all pieces of a face vanish, or if the result crosses itself.
 inline Profile offset(const Profile& profile, double distance)
 {
   require_finite("offset", distance);
-  const std::vector<Piece>& pieces = profile.pieces();
-  std::vector<Node> nodes = profile.nodes();
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const Piece& piece = pieces[i];
-    const detail::MovedPiece own = detail::moved(piece, distance);
-    nodes[i].arc_radius = own.radius;
-    const Local straight = piece.begin + distance * left_of(piece.tangent_begin);
-    nodes[i].point = straight;
-    if (piece.turn == 0.0) continue;
-    const Piece before =
-        i > 0 ? pieces[i - 1] : detail::turned_piece(pieces.back(), -profile.pitch());
-    const auto corner = detail::crossing(detail::moved(before, distance), own, straight);
-    if (!corner)
-      throw std::invalid_argument("offset: moved by " + format(distance) +
-                                  " m two pieces of the profile no longer have a common point");
-    nodes[i].point = *corner;
+  detail::MovingOutline outline(profile);
+  constexpr int parts = 100;  // pieces vanish in their order
+  for (int part = 1; part <= parts; ++part) outline.move_to(distance * part / parts);
+  try {
+    return {outline.nodes(), profile.sectors(), profile.phase()};
+  } catch (const std::invalid_argument& cause) {
+    throw std::invalid_argument("offset: moved by " + format(distance) + " m: " + cause.what());
   }
-  Profile result(nodes, profile.sectors(), profile.phase());
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const Piece &was = pieces[i], &is = result.pieces()[i];
-    if (!(dot(was.is_arc() ? was.middle : was.tangent_begin,
-              is.is_arc() ? is.middle : is.tangent_begin) > 0.0))
-      throw std::invalid_argument("offset: moved by " + format(distance) + " m piece " +
-                                  std::to_string(i) + " of the profile vanishes");
-  }
-  return result;
 }
 
 /// The liner shrunk by S in every length; phase and angles stay.

@@ -154,7 +154,10 @@ void FixMillSimilarity::make_liner(const Arguments& a)
         std::string("profile: the liner is stated twice; give either a file or ") +
         millscale::LinerArguments::keywords);
   liner_ = std::make_shared<const liner::Profile>(profile_in(a.profile_file));
-  if (std::abs(liner_->radius() - radius) > 1e-9 * radius)
+  // The law moves the radius of an offset liner by the ball's radius, but corners move otherwise.
+  const bool is_offset = a.request.policy == similarity::Policy::offset_liner;
+  const double tolerance = 1e-9 * radius + (is_offset ? a.physical.ball_radius : 0.0);
+  if (std::abs(liner_->radius() - radius) > tolerance)
     throw std::invalid_argument("profile: the liner in '" + a.profile_file + "' has a radius of " +
                                 format(liner_->radius()) + " m, the scaled mill of " +
                                 format(radius) + " m; give the liner of the scaled mill");

@@ -187,12 +187,13 @@ TEST(Contacts, OfAnyNumberOfLiftersAreTheNearestPoint)
     const double radius = 0.02 * liner.radius();
     const double inner = liner.lifters() > 0 ? liner.lifter_top_radius() : liner.radius();
     std::uniform_real_distribution<double> psi(-pi, pi), from(inner - radius, liner.radius());
+    const ContactFinder finder(liner, radius);
     int touching = 0;
     for (int i = 0; i < 20'000; ++i) {
       const Point p = at(from(random), psi(random));
       const Nearest exact = nearest(liner, p);
       if (exact.distance < 0.0) continue;
-      const Contacts found = contacts(liner, p, radius);
+      const Contacts found = finder.contacts(p, radius);
       EXPECT_LE(found.count, 2);
       touching += found.count > 0;
       EXPECT_NEAR(std::max(deepest(found), 0.0), std::max(radius - exact.distance, 0.0),

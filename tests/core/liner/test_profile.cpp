@@ -116,6 +116,18 @@ bool within(const std::vector<Point>& outline, Point q)
   return result;
 }
 
+/// Text of the error, empty without one.
+template <class Make>
+std::string error_of(const Make& make)
+{
+  try {
+    make();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TEST(Profile, NearestPointIsThatOfManySamples)
 {
   for (const Profile& profile : profiles()) {
@@ -343,11 +355,82 @@ TEST(Profile, OffsetOfLiftersIsThatOfTheirDimensions)
   }
 }
 
-TEST(Profile, OffsetRefusesToLoseAPiece)
+TEST(Profile, OffsetRefusesToLoseAFace)
 {
   EXPECT_THROW(offset(made_up(), 0.5), std::invalid_argument);
-  EXPECT_THROW(offset(made_up(), -0.07), std::invalid_argument);  // the crest's arc
-  EXPECT_THROW(offset(trapezoid_mill(), -0.2), std::invalid_argument);
+  const Profile lifters = static_cast<Profile>(trapezoid_mill());
+  EXPECT_NE(error_of([&] { offset(lifters, -0.2); }).find("piece 0 of the profile vanishes"),
+            std::string::npos);
+  // Two walls of a groove that come closer than nothing.
+  EXPECT_NE(error_of([&] { offset(lifters, 0.45); }), "");
+}
+
+TEST(Profile, OffsetLeavesOutWhatVanishes)
+{
+  // Into the wall: the crest's arc of made_up, with its centre there.
+  const Profile crest = made_up();
+  const Profile moved = offset(crest, -0.07);
+  EXPECT_EQ(moved.pieces().size(), crest.pieces().size() - 1);
+  // Into the cavity: the fillet at the foot of a rib, of 0.01 m, and its chords.
+  for (const Family& family : liner_families()) {
+    if (family.name != "rib") continue;
+    const std::size_t pieces = family.profile.pieces().size();
+    EXPECT_EQ(offset(family.profile, 0.009).pieces().size(), pieces);
+    EXPECT_EQ(offset(family.profile, 0.011).pieces().size(), pieces - 1);
+    const Profile chords = with_chords(family.profile, 1e-5);
+    EXPECT_LT(offset(chords, 0.011).pieces().size(), chords.pieces().size() - 5);
+    // The outline without the fillet moves to the same place.
+    const Profile sharp = with_lifters({{0.0, 0.08, 0.03, 0.05, 0.05, 0.006, 0.0}}, 1.0, 18);
+    const Profile one = offset(family.profile, 0.011), other = offset(sharp, 0.011);
+    ASSERT_EQ(one.nodes().size(), other.nodes().size());
+    for (std::size_t i = 0; i < one.nodes().size(); ++i)
+      EXPECT_LT(length(one.nodes()[i].point - other.nodes()[i].point), 1e-12);
+  }
+}
+
+TEST(Profile, OffsetIsTheDistanceFromTheOutline)
+{
+  // True offset: every point lies at the distance from the outline, but near mitred edges.
+  for (const Family& family : liner_families()) {
+    SCOPED_TRACE(family.name);
+    for (const double distance : {0.004, 0.012, 0.02}) {
+      const Profile moved = offset(family.profile, distance);
+      int on = 0, all = 0;
+      for (const Point p : samples(moved, 50)) {
+        const Nearest found = nearest(family.profile, p);
+        EXPECT_GT(found.distance, distance - 1e-9);
+        on += found.distance < distance + 1e-9;
+        ++all;
+      }
+      EXPECT_GT(on, 0.6 * all);
+    }
+  }
+}
+
+TEST(Profile, ThePathOfTheCentreScalesOnLinesAndArcs)
+{
+  const double ball = 0.012, S = 1.6;
+  int centres = 0;
+  for (const Family& family : liner_families()) {
+    SCOPED_TRACE(family.name);
+    const Profile model = offset_scaled(family.profile, S, ball);
+    // Where the centre of a ball of the same size is on a line, or on an arc that is wide enough.
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> share(0.4, 0.6);
+    for (int k = 0; k < model.sectors(); ++k)
+      for (const Piece& piece : model.pieces()) {
+        const double s = share(random), sweep = piece.half_angle * (2.0 * s - 1.0);
+        const Local on = piece.is_arc()
+                             ? piece.centre + piece.arc_radius * turned(piece.middle, sweep)
+                             : piece.begin + s * (piece.end - piece.begin);
+        const Local normal = detail::normal_at(piece, on);
+        const Point centre = Frame(model.sector_angle(k)).point(on + ball * normal);
+        if (nearest(model, centre).distance < ball - 1e-9) continue;  // beside another piece
+        EXPECT_NEAR(nearest(family.profile, {S * centre.x, S * centre.z}).distance, ball, 1e-9);
+        ++centres;
+      }
+  }
+  EXPECT_GT(centres, 500);
 }
 
 TEST(Profile, NarrowestWidthOfLiftersIsThatOfFootOrMouth)
@@ -360,18 +443,6 @@ TEST(Profile, NarrowestWidthOfLiftersIsThatOfFootOrMouth)
     EXPECT_NEAR(narrowest_width(liner), std::min(mouth, liner.groove_width()), 1e-14);
   }
   EXPECT_DOUBLE_EQ(narrowest_width(Lifters(Widths{2.0, 0.0, 0.0, 0.0, 0, 0.0})), 4.0);
-}
-
-/// Text of the error, empty without one.
-template <class Make>
-std::string error_of(const Make& make)
-{
-  try {
-    make();
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
 }
 
 Local polar_point(double r, double angle)
