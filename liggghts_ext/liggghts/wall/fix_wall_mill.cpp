@@ -338,8 +338,8 @@ void FixWallMill::count_touching()
   touching_.assign(atom->nlocal, 0);
   for (int i = 0; i < atom->nlocal; ++i) {
     for (int s = 0; s < slots && slot(i, s)[0] != 0.0; ++s)
-      touching_[i] |=
-          static_cast<signed char>(mark_of(finder_->profile(), slot(i, s)[0]) | (s > 0 ? several : 0));
+      touching_[i] |= static_cast<signed char>(mark_of(finder_->profile(), slot(i, s)[0]) |
+                                               (s > 0 ? several : 0));
   }
 }
 
