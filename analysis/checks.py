@@ -17,6 +17,14 @@ MOST_OFF_PARABOLA = 1e-3  # of the energy change
 MOST_OVERLAP = 0.1  # of the ball radius
 # Over M g R. The two ways to the torque differ by how finely the centre of mass is sampled.
 MOST_TORQUE_DIFFERENCE = 1e-3
+# What a check is about: the health of the runs, or the similarity law.
+RUN, LAW = "run", "law"
+LAW_REMEDY = (
+    "the runs are sound: the mill is less similar than the law says at this ball radius; use a "
+    "smaller S, or the policy corrected or offset-liner"
+)
+THROW_REMEDY = "sample more often and turn by at least one revolution, or reduce step_s"
+
 # Of the torque between even and odd steps: beyond it a time step is too long for the wall.
 MOST_ALTERNATING = 5e-3
 
@@ -28,6 +36,9 @@ class Check:
     Attributes:
         sense: <= or >=, between value and limit.
         passed: None where the campaign does not hold enough for an answer.
+        about: RUN or LAW.
+        case: id of the case it is about; empty if it is about several.
+        remedy: what to do if it fails.
     """
 
     text: str
@@ -35,6 +46,14 @@ class Check:
     limit: float
     sense: str
     passed: bool | None
+    about: str = RUN
+    case: str = ""
+    remedy: str = ""
+
+    @property
+    def order(self) -> int:
+        """Return the place in a list: failed, undecided, passed."""
+        return {False: 0, None: 1, True: 2}[self.passed]
 
 
 def at_most(text: str, value: float | None, limit: float) -> Check:
@@ -59,11 +78,16 @@ def campaign_checks(
         fits: of the paper's mill only: the limits are about its numbers.
         missing: why a case is not in the report, by its id.
     """
-    checks = {"all_cases_finished": at_most("no case is missing", len(missing), 0)}
+    all_finished = at_most("no case is missing", len(missing), 0)
+    remedy = "millscale run FILE --runs DIR makes them; the reasons are under What was run"
+    checks = {"all_cases_finished": replace(all_finished, remedy=remedy)}
     if rows:
         checks |= _single_ball(rows)
     for scheme in dict.fromkeys(fit.scheme for fit in fits):
-        checks |= _law(scheme, [fit for fit in fits if fit.scheme == scheme])
+        of_scheme = _law(scheme, [fit for fit in fits if fit.scheme == scheme])
+        checks |= {
+            name: replace(check, about=LAW, remedy=LAW_REMEDY) for name, check in of_scheme.items()
+        }
     for charge in charges:
         checks |= _charge(charge)
     return checks
@@ -72,33 +96,64 @@ def campaign_checks(
 def _charge(charge: Charge) -> dict[str, Check]:
     result, steady = charge.result, charge.result.steady
     why = f": {'; '.join(steady.reasons)}" if steady.reasons else ""
-    checks = {
-        "balls_kept": at_most("no ball is lost", int(result.problem is not None), 0),
-        "torque_balance": at_most(
-            "torque by the work of the drive less that by weight and angular momentum, over M g R",
-            abs(result.torque_balance.difference),
-            MOST_TORQUE_DIFFERENCE,
+    found = {
+        "balls_kept": (
+            at_most("no ball is lost", int(result.problem is not None), 0),
+            "reduce step_s, and look at the log of the case",
         ),
-        "alternating_torque": at_most(
-            "part of the torque that alternates from step to step, over M g R",
-            result.alternating_torque,
-            MOST_ALTERNATING,
+        "torque_balance": (
+            at_most(
+                "torque by the work of the drive less that by weight and angular momentum, over "
+                "M g R",
+                abs(result.torque_balance.difference),
+                MOST_TORQUE_DIFFERENCE,
+            ),
+            "reduce sample_angle_rad, so that the centre of mass is sampled more finely",
         ),
-        "steady": at_most(f"reasons why the charge is not steady{why}", len(steady.reasons), 0),
+        "alternating_torque": (
+            at_most(
+                "part of the torque that alternates from step to step, over M g R",
+                result.alternating_torque,
+                MOST_ALTERNATING,
+            ),
+            "reduce step_s",
+        ),
+        "steady": (
+            at_most(f"reasons why the charge is not steady{why}", len(steady.reasons), 0),
+            "increase rotation_angle_rad",
+        ),
     }
     if result.largest_overlap_over_radius is not None:
-        text = "largest overlap over ball radius, at the rows of series.csv"
-        checks["overlap"] = at_most(text, result.largest_overlap_over_radius, MOST_OVERLAP)
+        text = f"largest overlap over ball radius, at the rows of series.csv{_where(charge)}"
+        found["overlap"] = (
+            at_most(text, result.largest_overlap_over_radius, MOST_OVERLAP),
+            "reduce step_s, or increase shear_modulus_pa; at the first rows alone, a longer "
+            "settle_s may do",
+        )
     return {
-        f"{name}/{charge.id}": replace(check, text=f"{charge.id}: {check.text}")
-        for name, check in checks.items()
+        f"{name}/{charge.id}": replace(
+            check, text=f"{charge.id}: {check.text}", case=charge.id, remedy=remedy
+        )
+        for name, (check, remedy) in found.items()
     }
+
+
+def _where(charge: Charge) -> str:
+    """Return at which mill angle the overlap is largest, and the largest in the steady part."""
+    if not charge.has("largest_overlap_m"):
+        return ""
+    angle, overlap = (charge.series[x] for x in ("mill_angle_rad", "largest_overlap_m"))
+    steady = angle >= charge.steady_from
+    of_steady = float(overlap[steady].max()) / charge.case.ball.radius_m if steady.any() else None
+    if of_steady is None:
+        return ""
+    return f" (at {angle[overlap.argmax()]:.2f} rad; {of_steady:.3f} in the steady part)"
 
 
 def _single_ball(rows: Sequence[SingleBallRow]) -> dict[str, Check]:
     idle = sum(row.ball.result.problem is not None for row in rows)
     thrown = [row.throw for row in rows if row.throw.off_parabola is not None]
-    return {
+    found = {
         "every_ball_is_thrown": at_most("cases without a throw", idle, 0),
         "flight_is_a_parabola": at_most(
             "distance of the samples of the throw from the parabola of its release, over the "
@@ -112,6 +167,7 @@ def _single_ball(rows: Sequence[SingleBallRow]) -> dict[str, Check]:
             MOST_OFF_PARABOLA,
         ),
     }
+    return {name: replace(check, remedy=THROW_REMEDY) for name, check in found.items()}
 
 
 def _law(scheme: str, fits: Sequence[Regression]) -> dict[str, Check]:

@@ -311,6 +311,15 @@ QUANTITIES = (
             ),
         ),
     ),
+    Quantity(
+        "landing_angle_rad",
+        "thrown balls land at",
+        "deg",
+        math.degrees(1.0),
+        1,
+        taken=Taken.AVERAGED,
+        read=lambda shape: shape.landing_angle,
+    ),
 )
 
 NUMBERS = tuple(quantity for quantity in QUANTITIES if quantity.is_number)

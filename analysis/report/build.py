@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -15,7 +16,9 @@ from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball.windows import common_windows
 from millscale.formats import duration, hundredths, number, percent
 from millscale.report import images, tables
+from millscale.report import overview as first_screen
 from millscale.report.comparison_images import comparison_images
+from millscale.report.mill_drawing import MillDrawing, mill_drawing
 from millscale.runs.case_folder import verify_line
 from millscale.runs.untrusted import RunFolderError, understood
 from millscale.runs.writing import write_json, write_text, writing_folder
@@ -24,11 +27,17 @@ PAGE = Path(__file__).parent / "page"
 REPORT, INDEX, RESULTS = "report", "index.html", "results.json"
 
 
-def build_report(runs: Path) -> Path:
+Predict = Callable[[Campaign], Sequence[first_screen.Predicted]]
+
+
+def build_report(runs: Path, predict: Predict | None = None) -> Path:
     """Write the report of a runs folder from its finished cases; returns its index.html.
 
     Cases that are not finished are named in it. An earlier report is replaced only when the new
     one is complete.
+
+    Args:
+        predict: returns numbers of the physical mill that are extrapolated from the campaign.
 
     Raises:
         RunFolderError: the folder holds no campaign, or no case is finished.
@@ -44,17 +53,28 @@ def build_report(runs: Path) -> Path:
     with writing_folder(folder) as part:
         write_json(part / RESULTS, campaign.results())
         with understood(campaign.runs, f"find the file with: {verify_line(campaign.runs)}"):
-            write_text(part / INDEX, _page(campaign, part))
+            write_text(part / INDEX, _page(campaign, part, predict))
     return folder / INDEX
 
 
-def _page(campaign: Campaign, folder: Path) -> str:
+def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
     comparison = campaign.comparison
+    screen = first_screen.overview(campaign, predict(campaign) if predict else ())
+    quantities = first_screen.QUANTITIES
     return (
         environment()
         .get_template("report.html.j2")
         .render(
             campaign=campaign,
+            overview=screen,
+            drawing=_drawing(campaign, screen),
+            quantities=quantities,
+            shown_quantities=[
+                i
+                for i in range(len(quantities))
+                if any(row.estimates[i].value is not None for row in screen.rows)
+            ],
+            level=first_screen.LEVEL,
             hardware=tables.hardware(campaign),
             mills=tables.mill_lines(campaign),
             angles=tables.angle_tables(campaign),
@@ -77,6 +97,13 @@ def _page(campaign: Campaign, folder: Path) -> str:
             bed=[x for x in measures.NUMBERS if x.in_tables and not x.of_result],
         )
     )
+
+
+def _drawing(campaign: Campaign, screen: first_screen.Overview) -> MillDrawing:
+    if not screen.rows:
+        return mill_drawing(campaign.cases[0].case)
+    mill = first_screen.nearest(screen.rows).mill
+    return mill_drawing(mill.first.case, campaign.comparison, mill)
 
 
 def environment() -> Environment:

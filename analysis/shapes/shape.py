@@ -21,6 +21,7 @@ from millscale.analysis.shapes.curtain import (
     longest_flight,
     may_have_thrown,
 )
+from millscale.analysis.shapes.landing import landing_angle
 from millscale.analysis.shapes.snapshots import Snapshot, snapshots_near
 from millscale.analysis.shapes.solid_fraction import RESOLUTION, Grid, value_at
 from millscale.analysis.shapes.surface_ends import SurfaceEnds, surface_ends
@@ -54,6 +55,7 @@ class Shape:
         curtain_share: balls of all curtains over all balls; None if there are no curtains.
         ends: toe and shoulder; None if the surface does not reach their circle.
         throw_angle: of `throw_angle.throw_angle` [rad]; None if too few balls are in flight.
+        landing_angle: of `landing.landing_angle` [rad]; None as the throw angle.
     """
 
     mill_angle: float
@@ -65,6 +67,7 @@ class Shape:
     curtain_share: float | None = None
     ends: SurfaceEnds | None = None
     throw_angle: float | None = None
+    landing_angle: float | None = None
 
     @property
     def curtain_width(self) -> float | None:
@@ -146,6 +149,7 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
     if not problem:
         found, share = _curtains(dump, places[:, [0, 2]], contour, snapshot.mill_angle, case)
     second = first_gaps(places, ball, length, tops)
+    circle = end_circle(case)
     return Shape(
         mill_angle=snapshot.mill_angle,
         outline=outline,
@@ -154,8 +158,9 @@ def shape_of(dump: Dump, snapshot: Snapshot, case: Case) -> Shape:
         curtains=found,
         problem=problem,
         curtain_share=share,
-        ends=surface_ends(contour, grid, end_circle(case)),
-        throw_angle=throw_angle(dump, case, end_circle(case) * unit),
+        ends=surface_ends(contour, grid, circle),
+        throw_angle=throw_angle(dump, case, circle * unit),
+        landing_angle=landing_angle(dump, case, circle * unit),
     )
 
 

@@ -39,6 +39,15 @@ def test_similar_mills_pass(campaign):
     assert {name for name, check in checks.items() if not check.passed} == short
 
 
+def test_every_check_is_about_the_runs_or_the_law_and_has_a_remedy(campaign):
+    checks = checks_of(campaign)
+    of_law = {name for name, check in checks.items() if check.about == "law"}
+    assert of_law == {name for name in checks if "constant-" in name}
+    assert {check.about for check in checks.values()} == {"run", "law"}
+    assert all(check.remedy for check in checks.values())
+    assert checks[f"steady/{campaign.charges[0].id}"].case == campaign.charges[0].id
+
+
 def test_missing_case_fails(campaign):
     checks = checks_of(campaign, missing={"sb-cg-paper-S1.000": "no series.csv yet"})
     assert checks["all_cases_finished"].passed is False

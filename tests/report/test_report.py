@@ -17,6 +17,7 @@ from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball.comparison import single_ball_rows
 from millscale.report import build as report
 from millscale.report import images as report_figures
+from millscale.report import overview as first_screen
 from millscale.report.build import build_report
 from millscale.report.figures import single_ball as figures
 from millscale.runs.case_digest import case_digest
@@ -128,6 +129,28 @@ def test_the_page_of_another_mill_does_not_speak_of_the_paper(of_another_mill, p
     assert "Fig" not in captions and "Table" not in captions
     for row in (x for x in other.text.splitlines() if "2.600" in x):
         assert "0.65 h" not in row
+
+
+def test_the_page_of_another_mill_has_its_power_in_its_own_units(of_another_mill):
+    page = Page(of_another_mill.read_text())
+    campaign = load_campaign(of_another_mill.parent.parent)
+    for charge in campaign.charges:
+        case, mill = charge.case, charge.case.physical
+        balls = case.ball.count * case.S**2 * mill.length_m / case.mill.simulated_length_m
+        scale = balls * case.ball.mass_kg * mill.gravity_m_s2 * mill.radius_m * mill.omega_rad_s
+        power = 1e-3 * scale * charge.result.dimensionless["power"]
+        assert f"power{first_screen.Estimate(power).text} kW" in page.text.replace("\n", "")
+
+
+def test_failed_checks_come_first_with_what_to_do(page):
+    text = page.text
+    assert text.index("failed checks") < text.index("What was run")
+    failed = text[text.index("failed checks") : text.index("by each scaled mill")]
+    assert "is not steady" in failed and "increase rotation_angle_rad" in failed
+    assert {"#case-mb-cg-paper-S2.600", "#failed"} <= set(page.links)
+    checks = text[text.rindex("Health of the runs") :]
+    assert checks.index("no ball is lost") < checks.index("Claims about the law")
+    assert checks.index("Claims about the law") < checks.index("worst deviation")
 
 
 def test_checks_and_results_of_another_mill_hold_no_numbers_of_the_paper(of_another_mill, built):

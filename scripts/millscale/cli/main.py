@@ -299,12 +299,13 @@ def report(runs: RunsArgument, as_json: Json = False) -> None:
 
     Example: `millscale report runs/quick --json`
     """
+    from millscale.prediction.of_report import predicted_numbers
     from millscale.report.build import build_report
     from millscale.workflow.without_engine import finish
 
     for line in finish(runs):
         typer.echo(line, err=True)
-    build_report(runs)
+    build_report(runs, predicted_numbers)
     folder = runs / "report"
     if as_json:
         typer.echo((folder / "results.json").read_text(encoding="utf-8").rstrip("\n"))

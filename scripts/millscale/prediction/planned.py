@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
+from millscale.analysis.charge.range_of_law import outside_range
 from millscale.analysis.charge.steady import lifter_pitch
 from millscale.campaign.build import campaign_of
 from millscale.campaign.keys import FRICTION_MATCHED
@@ -17,7 +18,6 @@ from millscale.campaign.writer import Tree, toml_text
 from millscale.cases.case import cases_of
 from millscale.cases.cost import BUILT_IN, Rates, run_time
 from millscale.errors import CampaignError
-from millscale.prediction.range_of_law import outside_range
 from millscale.runs.case_file import Case
 from millscale.runs.digests import json_digest
 

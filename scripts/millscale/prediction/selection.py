@@ -12,6 +12,7 @@ from typing import Any
 from msgspec import structs
 
 from millscale.analysis.charge.physical_mill import balls_per_length
+from millscale.analysis.charge.range_of_law import outside_range
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.campaign.keys import FRICTION_MATCHED
@@ -25,7 +26,6 @@ from millscale.prediction.extrapolation import (
     weights_norm,
 )
 from millscale.prediction.kinds import Kind
-from millscale.prediction.range_of_law import outside_range
 from millscale.prediction.result import PredictedNumber
 from millscale.runs.case_file import Case
 

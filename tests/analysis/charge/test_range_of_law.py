@@ -2,9 +2,9 @@
 
 import pytest
 
+from millscale.analysis.charge.range_of_law import outside_range
 from millscale.errors import PredictionError
 from millscale.prediction.predict import predict
-from millscale.prediction.range_of_law import outside_range
 from millscale.runs.case_file import Case
 from millscale.runs.typed import as_typed
 from synthetic_mills import SEEDS, charge_case, write_mills
