@@ -1,8 +1,14 @@
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "core/similarity/law.h"
+#include "core/similarity/rotation.h"
+#include "core/similarity/speed_schedule.h"
 #include "python/bindings.h"
 
 namespace nb = nanobind;
@@ -73,11 +79,41 @@ void bind_types(nb::module_& m)
       .def("__repr__", [](const ScaledMill& s) { return describe(s); });
 }
 
+void bind_schedule(nb::module_& m)
+{
+  using Change = std::tuple<double, double, double>;
+  nb::class_<SpeedSchedule>(
+      m, "SpeedSchedule",
+      "Speed of a mill against its angle, over its constant speed omega. The phase is omega times\n"
+      "the time since the start [rad].")
+      .def(
+          "__init__",
+          [](SpeedSchedule* self, const std::vector<Change>& changes) {
+            std::vector<SpeedChange> list;
+            for (const auto& [from, over, ratio] : changes) list.push_back({from, over, ratio});
+            new (self) SpeedSchedule(list);
+          },
+          "changes"_a,
+          "changes: (from, over, ratio), ascending: mill angle at which a change begins, mill\n"
+          "angle of the change [rad], speed afterwards over omega. A first change at angle 0\n"
+          "starts from rest.")
+      .def("angle", &SpeedSchedule::angle, "phase"_a, "Mill angle at a phase [rad].")
+      .def("phase", &SpeedSchedule::phase, "angle"_a, "Phase at a mill angle [rad].")
+      .def("speed", &SpeedSchedule::speed, "phase"_a, "Speed over omega at a phase.")
+      .def_prop_ro("fastest", &SpeedSchedule::fastest, "Largest speed over omega.")
+      .def_prop_ro("steady_from", &SpeedSchedule::steady_from,
+                   "Mill angle from which on the speed is constant [rad].")
+      .def_prop_ro("last_ratio", &SpeedSchedule::last_ratio, "Speed over omega at the end.");
+  m.def("nearest_step", &Rotation::nearest_step, "steps"_a,
+        "Whole number of steps nearest to a number of steps, as the engine rounds it.");
+}
+
 }  // namespace
 
 void millscale::python::bind_similarity(nb::module_& m)
 {
   bind_types(m);
+  bind_schedule(m);
   m.def(
       "scale", &scale_by_names, "physical"_a, "S"_a, "scheme"_a = "constant-gravity",
       "policy"_a = "paper", "time_factor"_a = 0.0, "allow_centrifuging"_a = false,

@@ -299,7 +299,7 @@ bool FixMillDetachTrack::looks_at_carriers() const
 {
   const double interval = 2.0 * millscale::pi / (25.0 * mill_.grooves.count());
   const double angle = mill_fix_->mill_angle();
-  const double before = angle - mill_fix_->speed_now() * update->dt;
+  const double before = mill_fix_->angle_before_step();
   return std::floor(angle / interval) != std::floor(before / interval);
 }
 

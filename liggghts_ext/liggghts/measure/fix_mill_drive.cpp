@@ -1,5 +1,6 @@
 #include "liggghts/measure/fix_mill_drive.h"
 
+#include <array>
 #include <cstring>
 #include <stdexcept>
 #include <vector>
@@ -20,10 +21,19 @@ using millscale::charge::DriveSums;
 
 namespace {
 
-constexpr double layout = 1.0;  // of restart files
+// Of restart files: the sums of the drive, and those with the sums of the ends.
+constexpr double drive_layout = 1.0, ends_layout = 2.0;
 
-enum Published { work_J = 1, impulse_Nms, torque_Nm, power_W, alternating_Nm };
-constexpr int published_size = alternating_Nm;
+enum Published {
+  work_J = 1,
+  impulse_Nms,
+  torque_Nm,
+  power_W,
+  alternating_Nm,
+  ends_work_J,
+  ends_impulse_Nms
+};
+constexpr int published_size = ends_impulse_Nms;
 
 // f_ID[4..6] of a wall is the torque on it.
 constexpr int wall_numbers = 6, wall_torque = 3;
@@ -103,10 +113,25 @@ double FixMillDrive::torque_of_drive()
   return comm->me == 0 ? torque : 0.0;  // every rank has the sum over all ranks
 }
 
+/// Return this rank's share of the torque of the ends on the charge about the mill's axis [N m].
+double FixMillDrive::torque_of_ends() const
+{
+  return analytic_ ? -millscale::dot(analytic_->torque_on_ends(), mill_fix_->axis()) : 0.0;
+}
+
+/// Return the speed of the ends [rad/s]: ends at rest do no work.
+double FixMillDrive::speed_of_ends() const
+{
+  return analytic_ && analytic_->ends_turn() ? mill_fix_->speed_now() : 0.0;
+}
+
 void FixMillDrive::setup(int)
 {
-  const double torque = torque_of_drive();
-  if (!forces_carried_) sums_.wait_for(torque, torque * mill_fix_->speed_now(), update->dt);
+  const double torque = torque_of_drive(), of_ends = torque_of_ends();
+  if (!forces_carried_) {
+    sums_.wait_for(torque, torque * mill_fix_->speed_now(), update->dt);
+    of_ends_.wait_for(of_ends, of_ends * speed_of_ends(), update->dt);
+  }
   forces_carried_ = false;
   if (begun_ == 0.0) interval_.began = mill_fix_->mill_time();
   begun_ = 1.0;
@@ -116,21 +141,23 @@ void FixMillDrive::end_of_step()
 {
   const double torque = torque_of_drive();
   sums_.add(torque, torque * mill_fix_->speed_now(), update->dt, update->ntimestep);
+  const double of_ends = torque_of_ends();
+  of_ends_.add(of_ends, of_ends * speed_of_ends(), update->dt, update->ntimestep);
   interval_.steps += 1.0;
   if (update->ntimestep % every_ == 0) end_interval();
 }
 
-DriveSums FixMillDrive::sums_of_all_ranks() const
+DriveSums FixMillDrive::over_all_ranks(DriveSums mine) const
 {
   static_assert(sizeof(DriveSums) % sizeof(double) == 0);
-  DriveSums mine = sums_, all;
+  DriveSums all;
   MPI_Allreduce(&mine, &all, sizeof(DriveSums) / sizeof(double), MPI_DOUBLE, MPI_SUM, world);
   return all;
 }
 
 void FixMillDrive::end_interval()
 {
-  const DriveSums all = sums_of_all_ranks();
+  const DriveSums all = over_all_ranks(sums_);
   const double now = mill_fix_->mill_time(), duration = now - interval_.began;
   interval_ = {now,
                all.impulse(),
@@ -146,9 +173,13 @@ double FixMillDrive::compute_vector(int index)
 {
   switch (index + 1) {
     case work_J:
-      return sums_of_all_ranks().work();
+      return over_all_ranks(sums_).work();
     case impulse_Nms:
-      return sums_of_all_ranks().impulse();
+      return over_all_ranks(sums_).impulse();
+    case ends_work_J:
+      return over_all_ranks(of_ends_).work();
+    case ends_impulse_Nms:
+      return over_all_ranks(of_ends_).impulse();
     case torque_Nm:
       return interval_.torque;
     case power_W:
@@ -160,14 +191,17 @@ double FixMillDrive::compute_vector(int index)
 }
 
 /// Write the sums of each rank: a continued run with as many ranks then rounds like an
-/// uninterrupted one.
+/// uninterrupted one. Sums of the ends follow if there are ends.
 void FixMillDrive::write_restart(FILE* file)
 {
-  constexpr int size = sizeof(DriveSums) / sizeof(double);
-  std::vector<DriveSums> sums(comm->me == 0 ? comm->nprocs : 0);
-  MPI_Gather(&sums_, size, MPI_DOUBLE, sums.data(), size, MPI_DOUBLE, 0, world);
+  const bool ends = analytic_ && analytic_->has_ends();
+  const std::array<DriveSums, 2> mine{sums_, of_ends_};
+  const int kept = ends ? 2 : 1, size = kept * sizeof(DriveSums) / sizeof(double);
+  std::vector<DriveSums> sums(comm->me == 0 ? kept * comm->nprocs : 0);
+  MPI_Gather(mine.data(), size, MPI_DOUBLE, sums.data(), size, MPI_DOUBLE, 0, world);
   if (comm->me != 0) return;
-  const State head{layout, begun_, static_cast<double>(comm->nprocs), interval_};
+  const State head{ends ? ends_layout : drive_layout, begun_, static_cast<double>(comm->nprocs),
+                   interval_};
   const int bytes = static_cast<int>(sizeof head + sums.size() * sizeof(DriveSums));
   fwrite(&bytes, sizeof bytes, 1, file);
   fwrite(&head, sizeof head, 1, file);
@@ -178,21 +212,22 @@ void FixMillDrive::restart(char* buffer)
 {
   State from{};
   std::memcpy(&from, buffer, sizeof from);
-  if (from.layout != layout) {
-    const std::string message = "the restart file holds layout " + millscale::format(from.layout) +
-                                " of this fix, this version reads layout " +
-                                millscale::format(layout) +
-                                "; give the fix another id to begin again";
+  if (from.layout != drive_layout && from.layout != ends_layout) {
+    const std::string message =
+        "the restart file holds layout " + millscale::format(from.layout) +
+        " of this fix, this version reads layouts " + millscale::format(drive_layout) + " and " +
+        millscale::format(ends_layout) + "; give the fix another id to begin again";
     error->fix_error(FLERR, this, message.c_str());
   }
   begun_ = from.begun;
   interval_ = from.interval;
-  const int ranks = static_cast<int>(from.ranks);
-  std::vector<DriveSums> sums(ranks);
-  std::memcpy(sums.data(), buffer + sizeof from, ranks * sizeof(DriveSums));
-  sums_ = {};
-  if (ranks == comm->nprocs)
-    sums_ = sums[comm->me];
-  else if (comm->me == 0)
-    for (const DriveSums& of_rank : sums) sums_ += of_rank;
+  const int ranks = static_cast<int>(from.ranks), kept = from.layout == ends_layout ? 2 : 1;
+  std::vector<DriveSums> sums(kept * ranks);
+  std::memcpy(sums.data(), buffer + sizeof from, sums.size() * sizeof(DriveSums));
+  sums_ = of_ends_ = {};
+  for (int rank = 0; rank < ranks; ++rank) {
+    if (ranks == comm->nprocs ? rank != comm->me : comm->me != 0) continue;
+    sums_ += sums[kept * rank];
+    if (kept == 2) of_ends_ += sums[kept * rank + 1];
+  }
 }

@@ -39,7 +39,9 @@ class FixMillDrive : public Fix, public EndsSteps {
   void parse(int narg, char** arg);
   void find_wall_and_mill();
   double torque_of_drive();
-  millscale::charge::DriveSums sums_of_all_ranks() const;
+  double torque_of_ends() const;
+  double speed_of_ends() const;
+  millscale::charge::DriveSums over_all_ranks(millscale::charge::DriveSums) const;
   void end_interval();
 
   std::string mill_id_, wall_id_;
@@ -47,7 +49,7 @@ class FixMillDrive : public Fix, public EndsSteps {
   FixMillSimilarity* mill_fix_ = nullptr;
   Fix* wall_ = nullptr;
   FixWallMill* analytic_ = nullptr;  ///< the wall, if it is a fix wall/mill
-  millscale::charge::DriveSums sums_;
+  millscale::charge::DriveSums sums_, of_ends_;
   Interval interval_;
   double begun_ = 0.0;
   bool forces_carried_ = false;

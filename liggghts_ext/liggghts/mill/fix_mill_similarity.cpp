@@ -32,7 +32,10 @@ namespace similarity = millscale::similarity;
 namespace {
 
 using NodeVelocities = MultiVectorContainer<double, 3, 3>;
-constexpr double restart_layout = 1.0;
+// Of restart files: without and with changes of the speed.
+constexpr double constant_speed_layout = 1.0, changes_layout = 2.0;
+// The engine's steps are 64-bit integers; a mark that is never reached.
+constexpr double never_reached = 9e18;
 
 enum Published {
   mill_angle_rad = 1,
@@ -48,9 +51,11 @@ enum Published {
   centre_path_energy_ratio,
   detach_angle_rad,
   time_s,
-  mesh_wobble
+  mesh_wobble,
+  turned_s,
+  next_mark_step
 };
-constexpr int published_size = mesh_wobble;
+constexpr int published_size = next_mark_step;
 
 liner::Profile profile_in(const std::string& file)
 {
@@ -91,6 +96,7 @@ FixMillSimilarity::FixMillSimilarity(LAMMPS* lmp, int narg, char** arg)
     fail(problem.what());
   }
   rotation_.omega = scaled_.mill.omega;
+  rotation_.schedule = schedule_;
   if (starts_at_creation_) rotation_.start = rotation_.time(update->ntimestep);
 }
 
@@ -124,6 +130,13 @@ void FixMillSimilarity::parse(int narg, char** arg)
       .vector("origin", origin_)
       .add("start", [this](ArgumentList& list) { read_start(list.word("start")); })
       .add("mesh", [this](ArgumentList& list) { meshes_.add(list.word("mesh")); })
+      .add("speed_change",
+           [this](ArgumentList& list) {
+             const double from = list.number("speed_change, from"),
+                          over = list.number("speed_change, over");
+             changes_.push_back({from, over, list.number("speed_change, ratio")});
+           })
+      .positive("mark", mark_)
       .choice("centrifuging", "allow", "refuse", a.request.allow_centrifuging)
       .word("profile", a.profile_file);
   a.liner.add_to(keywords);
@@ -134,6 +147,7 @@ void FixMillSimilarity::parse(int narg, char** arg)
         "the physical mill needs radius, gravity, omega and ball_radius (m, m/s^2, rad/s, m)");
   normalise_directions();
   scaled_ = similarity::scale(mill, a.request);
+  schedule_ = similarity::SpeedSchedule(changes_);
   make_liner(a);
   meshes_.check({{axis_, origin_}, scaled_.mill.radius, mill.radius, 1.0 / scaled_.base.length},
                 [this](const std::string& message) { warn(message); });
@@ -295,6 +309,21 @@ double FixMillSimilarity::speed_now() const
   return rotation_.speed(update->ntimestep);
 }
 
+double FixMillSimilarity::angle_before_step() const
+{
+  return rotation_.angle(update->ntimestep - 1);
+}
+
+/// Return the first step after this one at which the mill angle is nearest to a multiple of `mark`.
+double FixMillSimilarity::next_mark() const
+{
+  if (mark_ == 0.0 || std::isinf(rotation_.start)) return never_reached;
+  const auto now = static_cast<double>(update->ntimestep);
+  double multiple = std::floor(mill_angle() / mark_);
+  while (!(rotation_.step_at(multiple * mark_) > now)) multiple += 1.0;
+  return rotation_.step_at(multiple * mark_);
+}
+
 double FixMillSimilarity::compute_scalar()
 {
   return mill_angle();
@@ -329,32 +358,52 @@ double FixMillSimilarity::compute_vector(int index)
       return mill_time();
     case mesh_wobble:
       return meshes_.wobble_now();
+    case turned_s:
+      return schedule_.phase(mill_angle()) / scaled_.mill.omega;
+    case next_mark_step:
+      return next_mark();
     case detach_angle_rad:
       return scaled_.froude > 1.0 ? 0.0 : similarity::detach_angle(scaled_.froude);
   }
   return 0.0;
 }
 
+/// Write the rotation, and the changes of the speed if there are any.
 void FixMillSimilarity::write_restart(FILE* file)
 {
   if (comm->me != 0) return;
-  const double state[] = {restart_layout,      rotation_.omega,
-                          rotation_.start,     rotation_.angle_before,
-                          rotation_.time_base, static_cast<double>(rotation_.step_base),
-                          rotation_.dt,        static_cast<double>(update->ntimestep)};
-  const int bytes = sizeof state;
+  std::vector<double> state{changes_.empty() ? constant_speed_layout : changes_layout,
+                            rotation_.omega,
+                            rotation_.start,
+                            rotation_.angle_before,
+                            rotation_.time_base,
+                            static_cast<double>(rotation_.step_base),
+                            rotation_.dt,
+                            static_cast<double>(update->ntimestep)};
+  if (!changes_.empty()) state.push_back(static_cast<double>(changes_.size()));
+  for (const auto& change : changes_)
+    state.insert(state.end(), {change.from, change.over, change.ratio});
+  const int bytes = static_cast<int>(state.size() * sizeof(double));
   fwrite(&bytes, sizeof bytes, 1, file);
-  fwrite(state, 1, sizeof state, file);
+  fwrite(state.data(), 1, bytes, file);
 }
 
 void FixMillSimilarity::restart(char* buffer)
 {
   double state[8];
   std::memcpy(state, buffer, sizeof state);
-  if (state[0] != restart_layout)
+  if (state[0] != constant_speed_layout && state[0] != changes_layout)
     fail("the restart file holds layout " + format(state[0]) +
-         " of this fix, this version reads layout " + format(restart_layout) +
-         "; run from the start, or use the version that wrote the file");
+         " of this fix, this version reads layouts " + format(constant_speed_layout) + " and " +
+         format(changes_layout) + "; run from the start, or use the version that wrote the file");
+  std::vector<similarity::SpeedChange> changes;
+  if (state[0] == changes_layout) {
+    const char* next = buffer + sizeof state;
+    double count = 0.0;
+    std::memcpy(&count, next, sizeof count);
+    changes.resize(static_cast<std::size_t>(count));
+    std::memcpy(changes.data(), next + sizeof count, changes.size() * sizeof changes[0]);
+  }
   similarity::Rotation before;
   before.omega = state[1];
   before.start = state[2];
@@ -362,11 +411,12 @@ void FixMillSimilarity::restart(char* buffer)
   before.time_base = state[4];
   before.step_base = static_cast<std::int64_t>(state[5]);
   before.dt = state[6];
+  before.schedule = similarity::SpeedSchedule(changes).after(before.angle_before);
   last_step_ = static_cast<bigint>(state[7]);
-  continue_rotation(before);
+  continue_rotation(before, changes == changes_);
 }
 
-void FixMillSimilarity::continue_rotation(const similarity::Rotation& before)
+void FixMillSimilarity::continue_rotation(const similarity::Rotation& before, bool same_changes)
 {
   const similarity::Rotation asked = rotation_;
   rotation_ = before;
@@ -381,7 +431,8 @@ void FixMillSimilarity::continue_rotation(const similarity::Rotation& before)
     fail("start: the restart file's mill turns since " + format(rotation_.start) +
          " s, the deck says " + format(asked.start) + " s; give the same start, or 'now' to go on");
   }
-  rotation_.set_speed(last_step_, asked.omega);
+  if (asked.omega != rotation_.omega || !same_changes)
+    rotation_.set_speed(last_step_, asked.omega, schedule_);
 }
 
 void FixMillSimilarity::warn(const std::string& message) const

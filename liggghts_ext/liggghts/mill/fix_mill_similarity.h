@@ -46,6 +46,10 @@ class FixMillSimilarity : public Fix {
   double mill_angle() const;
   double mill_time() const;
   double speed_now() const;
+  /// Mill angle at the step before [rad].
+  double angle_before_step() const;
+  /// Largest speed of the scaled mill [rad/s].
+  double largest_speed() const { return scaled_.mill.omega * schedule_.fastest(); }
   double gravity() const { return scaled_.mill.gravity; }
   millscale::MillFrame frame() const { return {axis_, down_, origin_}; }
   const millscale::Vector& axis() const { return axis_; }
@@ -59,13 +63,17 @@ class FixMillSimilarity : public Fix {
   void read_start(const std::string& when);
   void make_liner(const Arguments&);
   void normalise_directions();
-  void continue_rotation(const millscale::similarity::Rotation& before);
+  void continue_rotation(const millscale::similarity::Rotation& before, bool same_changes);
+  double next_mark() const;
   void set_wall_velocity();
   void warn(const std::string& message) const;
   [[noreturn]] void fail(const std::string& message);
 
   millscale::similarity::ScaledMill scaled_{};
   millscale::similarity::Rotation rotation_;
+  std::vector<millscale::similarity::SpeedChange> changes_;
+  millscale::similarity::SpeedSchedule schedule_;  ///< from mill angle 0 on
+  double mark_ = 0.0;                              ///< mill angle between the marks [rad]; 0: none
   bool starts_at_creation_ = true;
 
   std::shared_ptr<const millscale::liner::Profile> liner_;

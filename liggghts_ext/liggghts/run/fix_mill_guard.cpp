@@ -91,7 +91,8 @@ void FixMillGuard::init()
 {
   try {
     mill_fix_ = mill_of(modify, mill_id_);
-    const auto& mill = mill_fix_->scaled().mill;
+    millscale::similarity::OperatingPoint mill = mill_fix_->scaled().mill;
+    mill.omega = mill_fix_->largest_speed();
     speeds_every_ = mill_fix_->meshes().fixes().empty() ? speeds_every : speeds_every_with_mesh;
     frame_ = mill_fix_->frame();
     speed_limit_ = speed_ > 0.0 ? speed_ : charge::plausible_speed(mill);

@@ -90,13 +90,18 @@ void FixWallMill::parse(int narg, char** arg)
              ends_->check();
            })
       .choice("end_motion", "mill", "rest", ends_turn_)
+      .count("end_type", end_type_)
       .choice("rolling_friction", "cdt", "off", terms_.rolling)
       .choice("tangential_damping", "bounded", "on", terms_.limited_damping)
       .parse({narg, arg, 3});
-  if (wall_type_ < 1 || wall_type_ > atom->ntypes)
-    throw std::invalid_argument("type: the wall's atom type must be 1 to " +
-                                std::to_string(atom->ntypes) + ", got " +
-                                std::to_string(wall_type_));
+  if (end_type_ == 0) end_type_ = wall_type_;
+  const auto require_type = [this](const std::string& key, int type) {
+    if (type < 1 || type > atom->ntypes)
+      throw std::invalid_argument(key + ": the wall's atom type must be 1 to " +
+                                  std::to_string(atom->ntypes) + ", got " + std::to_string(type));
+  };
+  require_type("type", wall_type_);
+  require_type("end_type", end_type_);
 }
 
 liner::Widths FixWallMill::widths() const
@@ -159,8 +164,10 @@ void FixWallMill::read_materials()
 {
   const auto laws = contact_laws(lmp, style, true, terms_.rolling);
   law_of_type_.clear();
-  for (int type = 0; type < atom->ntypes; ++type)
-    law_of_type_.push_back(laws[type * atom->ntypes + wall_type_ - 1]);
+  for (const int wall : {wall_type_, end_type_})
+    for (int type = 0; type < atom->ntypes; ++type)
+      law_of_type_.push_back(laws[type * atom->ntypes + wall - 1]);
+  end_laws_ = end_type_ == wall_type_ ? 0 : atom->ntypes;
 }
 
 void FixWallMill::setup(int)
@@ -235,7 +242,7 @@ const std::vector<kernels::WallForce>& FixWallMill::evaluate(const kernels::Wall
   task_.damping_of_balls = damping_ != nullptr;
   task_.dt = dt;
   std::fill(std::begin(on_wall_), std::end(on_wall_), 0.0);
-  torque_on_turning_ = {};
+  torque_on_turning_ = torque_on_ends_ = {};
   forces_.clear();
   find_near();
   batch_.count = 0;
@@ -294,7 +301,7 @@ void FixWallMill::find_near()
   near_.end();
   const auto same_type = [this](int i) { return atom->type[i] == atom->type[near_.ball[0]]; };
   const auto end = near_.ball.begin() + near_.count;
-  if (near_.count > 0 && std::all_of(near_.ball.begin(), end, same_type))
+  if (near_.count > 0 && end_laws_ == 0 && std::all_of(near_.ball.begin(), end, same_type))
     task_.only_law = atom->type[near_.ball[0]] - 1;
 }
 
@@ -391,8 +398,9 @@ void FixWallMill::add_contact(int i, int patch)
   const int k = batch_.count++;
   batch_.ball[k] = i;
   batch_.patch[k] = patch;
-  batch_.law[k] = task_.only_law >= 0 ? task_.only_law : atom->type[i] - 1;
   const double key = surfaces_[patch].key;
+  batch_.law[k] =
+      task_.only_law >= 0 ? task_.only_law : atom->type[i] - 1 + (key < 0.0 ? end_laws_ : 0);
   int s = 0;
   const int before = touching_[i] & several ? slots : 1;
   while (s < before && slot(i, s)[0] != key) ++s;
@@ -415,12 +423,14 @@ void FixWallMill::evaluate_batch()
       on_ball.ball = i;
       on_ball.damping = damping_ && moves ? batch_.damping[k] : 0.0;
       const double turns = patches_[batch_.patch[k]].turns;
+      const double of_end = surfaces_[batch_.patch[k]].key < 0.0 ? 1.0 : 0.0;
       for (int d = 0; d < 3; ++d) {
         on_ball.force[d] = batch_.force[d][k];
         on_ball.torque[d] = batch_.torque[d][k];
         on_wall_[d] -= batch_.force[d][k];
         on_wall_[3 + d] -= batch_.moment[d][k];
         torque_on_turning_[d] -= turns * batch_.moment[d][k];
+        torque_on_ends_[d] -= of_end * batch_.moment[d][k];
       }
       if (ledger_) add_to_budget(k);
     }

@@ -49,6 +49,11 @@ class FixWallMill : public FixPerBallRows {
   /// The torque is about the mill's origin, at the last evaluation of the forces.
   const millscale::Vector& torque_on_turning() const { return torque_on_turning_; }
 
+  /// Return this rank's contribution to the torque on the ends, turning or at rest [N m]. The
+  /// torque is about the mill's origin, at the last evaluation of the forces.
+  const millscale::Vector& torque_on_ends() const { return torque_on_ends_; }
+  bool ends_turn() const { return ends_turn_; }
+
   /// Mark the balls in contact at the last evaluation of the forces. Add the bits of `wall` for the
   /// wall and the bits of `groove` for a groove. marks: of local balls.
   void mark_contacts(std::vector<signed char>& marks, signed char wall, signed char groove) const;
@@ -107,7 +112,8 @@ class FixWallMill : public FixPerBallRows {
   std::unique_ptr<millscale::liner::ContactFinder> finder_;
   std::optional<millscale::liner::EndWalls> ends_;
   bool ends_turn_ = true;
-  int wall_type_ = 0;
+  int wall_type_ = 0, end_type_ = 0;
+  int end_laws_ = 0;  ///< index of the first law of the ends
   millscale::contact::ContactTerms terms_;
   FixContactDamping* damping_ = nullptr;  ///< sums of ball-ball contacts, if limited
   std::vector<millscale::contact::ContactLaw<double>> law_of_type_;
@@ -123,7 +129,7 @@ class FixWallMill : public FixPerBallRows {
   std::vector<millscale::kernels::WallForce> forces_;
   bool continued_[millscale::kernels::WallBatch::most];  ///< contacts of the batch that are not new
   double on_wall_[6] = {};  ///< force and torque on liner and ends, this rank
-  millscale::Vector torque_on_turning_{};
+  millscale::Vector torque_on_turning_{}, torque_on_ends_{};
 };
 
 }  // namespace LAMMPS_NS
