@@ -91,12 +91,33 @@ class SingleBallResult:
 
 @dataclass(frozen=True)
 class TorqueBalance:
-    """Mean torque of the drive by its two ways [N m]; their difference is over M g R."""
+    """Mean torque of the drive by its two ways [N m]; their difference is over M g R.
+
+    Attributes:
+        resting_ends_Nm: torque of resting end walls on the charge; None without them.
+    """
 
     summed_Nm: float
     weight_Nm: float
     angular_momentum_Nm: float
     difference: float
+    resting_ends_Nm: float | None = None
+
+
+@dataclass(frozen=True)
+class EndWalls:
+    """Power and torque of the end walls in the window of the means.
+
+    Attributes:
+        power_W: work of the ends on the charge over time; a part of the power of the drive. Ends at
+            rest do no work.
+        torque_Nm: on the charge about the axis; positive when it lifts the charge.
+        power_share: of the power of the drive; None if that is 0.
+    """
+
+    power_W: float
+    torque_Nm: float
+    power_share: float | None
 
 
 @dataclass(frozen=True)
@@ -175,6 +196,7 @@ class ChargeResult:
         dimensionless: means over the scales of the charge, by name.
         standard_error: of some of `dimensionless`; None without pitches.
         ledger: the energy budget; None where none was kept.
+        ends: of end walls; None with periodic ends.
     """
 
     problem: str | None
@@ -190,12 +212,16 @@ class ChargeResult:
     largest_overlap_over_radius: float | None
     rotation_angle_rad: float
     ledger: EnergyBudget | None = None
+    ends: EndWalls | None = None
 
     def document(self) -> dict[str, Any]:
         """Return its content of result.json."""
         content = _as_json(asdict(self))
-        if self.ledger is None:
-            del content["ledger"]
+        for absent in ("ledger", "ends"):
+            if content[absent] is None:
+                del content[absent]
+        if self.torque_balance.resting_ends_Nm is None:
+            del content["torque_balance"]["resting_ends_Nm"]
         return content
 
 

@@ -15,9 +15,10 @@ from millscale.analysis.charge.steady import (
     standard_error,
     trend,
 )
-from millscale.analysis.result_file import ChargeResult, Steadiness, TorqueBalance
+from millscale.analysis.result_file import ChargeResult, EndWalls, Steadiness, TorqueBalance
 from millscale.runs.case_file import Case
 from millscale.runs.series import Series
+from millscale.runs.speed import schedule_of
 
 # Means over the steady part, by their name in result.json.
 _MEANS = (
@@ -28,7 +29,7 @@ _MEANS = (
 
 @dataclass(frozen=True)
 class ChargeScales:
-    """What makes the quantities of a charge dimensionless.
+    """What makes the quantities of a charge dimensionless; omega after the last change of speed.
 
     Attributes:
         mass: M [kg], that of the balls in the series: balls of several sizes have not their mean.
@@ -48,12 +49,13 @@ class ChargeScales:
 def charge_scales(case: Case, series: Series) -> ChargeScales:
     """Return the scales of a charge."""
     mill, mass = case.mill, float(series["mass_kg"][0])
+    omega = mill.omega_rad_s * schedule_of(case).last_ratio
     torque = mass * mill.gravity_m_s2 * mill.radius_m
     return ChargeScales(
         mass=mass,
-        energy=mass * (mill.omega_rad_s * mill.radius_m) ** 2,
+        energy=mass * (omega * mill.radius_m) ** 2,
         torque=torque,
-        power=torque * mill.omega_rad_s,
+        power=torque * omega,
         length=mill.radius_m,
     )
 
@@ -63,14 +65,19 @@ def charge_result(case: Case, series: Series) -> ChargeResult:
 
     Torque and power are those of the drive, positive when the charge is lifted: the work done in
     the window over mill angle and time. `torque_balance` sets them against the charge's weight and
-    angular momentum. `steady`: whether the charge is in a steady state.
+    angular momentum. `steady`: whether the charge is in a steady state. `ends`: of end walls.
     """
     angle, time = series["mill_angle_rad"], series["time_s"]
     scales = charge_scales(case, series)
     pitch = lifter_pitch(case.mill.lifters)
-    window = choose_window(angle, [series["centre_x_m"], series["kinetic_translation_J"]], pitch)
+    window = choose_window(
+        angle,
+        [series["centre_x_m"], series["kinetic_translation_J"]],
+        pitch,
+        schedule_of(case).steady_from,
+    )
     work, duration = window.change(angle, series["drive_work_J"]), window.change(angle, time)
-    balance = torque_balance(series, scales, window)
+    balance = torque_balance(series, scales, window, case.mill.ends == "resting")
     mean = {name: window.mean(angle, series[name]) for name in _MEANS}
     mean |= {
         "drive_torque_Nm": balance.summed_Nm,
@@ -99,19 +106,41 @@ def charge_result(case: Case, series: Series) -> ChargeResult:
         steady=_steady(series, window, by_momentum / by_weight if by_weight else None),
         largest_overlap_over_radius=_largest_overlap(case, series),
         rotation_angle_rad=float(angle[-1]),
+        ends=_end_walls(case, series, window),
     )
 
 
-def torque_balance(series: Series, scales: ChargeScales, window: Window) -> TorqueBalance:
+def _end_walls(case: Case, series: Series, window: Window) -> EndWalls | None:
+    """Return power and torque of the end walls in a window; None for periodic ends."""
+    if case.mill.ends == "periodic":
+        return None
+    angle = series["mill_angle_rad"]
+    duration = window.change(angle, series["time_s"])
+    work = window.change(angle, series["ends_work_J"])
+    share = work / whole if (whole := window.change(angle, series["drive_work_J"])) else None
+    return EndWalls(work / duration, _end_torque(series, window), share)
+
+
+def _end_torque(series: Series, window: Window) -> float:
+    """Return the mean torque of the end walls on the charge about the axis [N m]."""
+    angle = series["mill_angle_rad"]
+    return window.change(angle, series["ends_impulse_Nms"]) / window.change(angle, series["time_s"])
+
+
+def torque_balance(
+    series: Series, scales: ChargeScales, window: Window, ends_rest: bool = False
+) -> TorqueBalance:
     """Return the mean torque of the drive over a window by its work, and by the charge's weight and
-    the change of its angular momentum."""
+    the change of its angular momentum, and the torque of resting ends on the charge."""
     angle = series["mill_angle_rad"]
     duration = window.change(angle, series["time_s"])
     summed = window.change(angle, series["drive_work_J"]) / (window.end - window.begin)
     by_weight = -scales.torque / scales.length * window.mean(angle, series["centre_x_m"])
     by_momentum = window.change(angle, series["angular_momentum_Nms"]) / duration
-    difference = (summed - by_weight - by_momentum) / scales.torque
-    return TorqueBalance(summed, by_weight, by_momentum, difference)
+    # Turning ends are a part of the drive, resting ones act beside it.
+    of_ends = _end_torque(series, window) if ends_rest else None
+    difference = (summed + (of_ends or 0.0) - by_weight - by_momentum) / scales.torque
+    return TorqueBalance(summed, by_weight, by_momentum, difference, of_ends)
 
 
 def _standard_errors(

@@ -74,7 +74,9 @@ def lifter_pitch(lifters: int) -> float:
     return 2.0 * math.pi / lifters if lifters else DRUM_PITCH
 
 
-def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: float) -> Window:
+def choose_window(
+    mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: float, turning_from: float = 0.0
+) -> Window:
     """Return the window of a charge: the whole pitches at its end that give the steadiest means.
 
     For each quantity, the number of pitches left out at the start minimises the squared standard
@@ -87,13 +89,17 @@ def choose_window(mill_angle: np.ndarray, quantities: list[np.ndarray], pitch: f
         mill_angle: (n,) float, increasing [rad].
         quantities: (n,) float each.
         pitch: [rad].
+        turning_from: mill angle from which on the speed is constant [rad]; no pitch before it is
+            in the window, unless the rotation ends before.
     """
+    turning_from = turning_from if turning_from < mill_angle[-1] else 0.0
     # 1e-9: the last sample of a rotation of whole pitches may fall short by rounding.
-    first = math.ceil(mill_angle[0] / pitch - 1e-9)
+    first = math.ceil(max(float(mill_angle[0]), turning_from) / pitch - 1e-9)
     last = math.floor(mill_angle[-1] / pitch + 1e-9)
     edges = pitch * np.arange(first, last + 1)
     if len(edges) <= FEWEST_PITCHES:
-        begin, end = 0.5 * float(mill_angle[-1]), float(mill_angle[-1])
+        end = float(mill_angle[-1])
+        begin = turning_from + 0.5 * (end - turning_from)
         return Window(begin, end, np.array([begin, end]))
     cut = max(_least_error_cut(_means(mill_angle, values, edges)) for values in quantities)
     return Window(float(edges[cut]), float(edges[-1]), edges[cut:])

@@ -54,11 +54,13 @@ def snapshots_of(folder: Path) -> list[Snapshot]:
 def mill_angle_at(steps: np.ndarray, series: Series) -> np.ndarray:
     """Return the mill angle [rad] at steps of a multi-ball series, (n,) float.
 
-    The mill turns evenly; before the first row, where the first dump lies, it is extrapolated.
+    Between two rows the mill turns evenly; before the first row, where the first dump lies, and
+    after the last it is extrapolated.
     """
     step, angle = series["step"], series["mill_angle_rad"]
-    slope = (angle[-1] - angle[0]) / (step[-1] - step[0])
-    return np.maximum(0.0, angle[0] + slope * (steps - step[0]))
+    row = np.clip(np.searchsorted(step, steps) - 1, 0, len(step) - 2)
+    slope = (angle[row + 1] - angle[row]) / (step[row + 1] - step[row])
+    return np.maximum(0.0, angle[row] + slope * (steps - step[row]))
 
 
 def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:

@@ -19,7 +19,7 @@ WRONG = {
         {"mill__radus_m": 3.9},
         "mill.radus_m",
         "unknown key, nearest is radius_m",
-        "allow_centrifuging, froude, gravity_m_s2, length_m",
+        "ends, froude, gravity_m_s2, length_m",
     ),
     "unknown section": (
         {"liners": {"lifters": 3}},

@@ -50,6 +50,9 @@ def campaign_text(**changes: Any) -> str:
             del sections[name]
         else:
             sections[name] = dict(value)  # a further change is not of the given one
+    if "multi_ball" in sections:
+        # Rotations of tests are short, and a mill that starts slowly needs more steps for them.
+        sections["multi_ball"] = {"ramp_turns": 0} | sections["multi_ball"]
     lines = []
     for name, content in sections.items():
         lines.append(f"[{name}]")

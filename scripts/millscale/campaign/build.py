@@ -89,7 +89,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     liner_and_states = built(_liner, "liner", "mill")
     ball = built(_ball, "ball")
     material = built(_material, "material")
-    wall = built(_wall, "wall", "ball")
+    wall = built(_wall, "wall", "ball", "mill")
     contacts = built(_contacts, "model")
     parts = []
     for kind in KINDS:
@@ -145,7 +145,15 @@ def _name(path: Path, campaign: Section) -> str:
     return campaign_name(path, "campaign.name", campaign["name"])
 
 
-def _wall(path: Path, wall: Section, ball: Section) -> Wall:
+def _wall(path: Path, wall: Section, ball: Section, mill: Section) -> Wall:
+    ends = mill["ends"]
+    if ends != "periodic" and wall["kind"] == "mesh":
+        raise CampaignError(
+            path,
+            "mill.ends",
+            f'got "{ends}" with wall.kind = "mesh", which has no end walls',
+            'wall.kind = "analytic", or ends = "periodic"',
+        )
     error, ball_radius = wall["chord_error_m"], ball["radius_m"]
     if error is not None and error >= ball_radius:
         raise CampaignError(
@@ -208,7 +216,27 @@ def _mill(path: Path, mill: Section, ball: Section) -> Mill:
             "centrifuges and no ball detaches" + _meant(mill, given, forms),
             "Fr < 1, or allow_centrifuging = true",
         )
-    return Mill(radius, mill["length_m"], gravity, omega, mill["allow_centrifuging"])
+    _check_ends(path, mill)
+    return Mill(
+        radius,
+        mill["length_m"],
+        gravity,
+        omega,
+        mill["allow_centrifuging"],
+        mill["ends"],
+        mill["end_static_friction"],
+        mill["end_rolling_friction"],
+    )
+
+
+def _check_ends(path: Path, mill: Section) -> None:
+    """Refuse the friction of ends that are not there."""
+    if mill["ends"] != "periodic":
+        return
+    for key in ("end_static_friction", "end_rolling_friction"):
+        if mill[key] is not None:
+            cause = f'got {mill[key]:g} with ends = "periodic", which has no end walls'
+            raise CampaignError(path, f"mill.{key}", cause, 'ends = "turning" or "resting"')
 
 
 # Keys of a speed that are taken for one another.

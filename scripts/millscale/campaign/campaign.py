@@ -9,18 +9,21 @@ from millscale import _core
 from millscale.campaign.contacts import ContactOptions
 from millscale.campaign.lines import Places
 from millscale.liner.given import Given
-from millscale.runs.case_file import Kind, WallKind
+from millscale.runs.case_file import Ends, Kind, SpeedChange, WallKind
 
 
 @dataclass(frozen=True)
 class Mill:
-    """The physical mill. SI units; omega in rad/s."""
+    """The physical mill. SI units; omega in rad/s. Friction of the end walls; None: the liner's."""
 
     radius: float
     length: float
     gravity: float
     omega: float
     allow_centrifuging: bool
+    ends: Ends = "periodic"
+    end_static_friction: float | None = None
+    end_rolling_friction: float | None = None
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,7 @@ class CampaignPart:
         wait: rest (single ball) or settling (multi-ball) before rotation [s].
         rotation_angle, sample_angle, dump_angle, restart_angle: of the mill [rad].
         charge: multi-ball only.
+        speed_changes: of `_core.SpeedSchedule`, in the mill's angle.
         ledger: keeps account of the energy; multi-ball only.
     """
 
@@ -152,6 +156,7 @@ class CampaignPart:
     restart_angle: float
     charge: Charge | None
     ledger: bool = False
+    speed_changes: tuple[SpeedChange, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from millscale.campaign.units import UNITS, split_unit
 from millscale.liner.given import PRESETS
 from millscale.liner.lengths import LENGTHS
 from millscale.liner.sector import CLOCKWISE, COUNTER
-from millscale.runs.case_file import Kind
+from millscale.runs.case_file import Ends, Kind
 
 
 class Required:
@@ -26,6 +26,7 @@ SCHEMES: Final = ("constant-gravity", "constant-speed", "froude")
 FRICTION_MATCHED: Final = "friction-matched"
 POLICIES: Final = ("paper", "corrected", "offset-liner", FRICTION_MATCHED)
 READINGS: Final = ("trapezoid", "parallel")
+ENDS: Final[tuple[Ends, ...]] = ("periodic", "turning", "resting")
 STIFFNESSES: Final = ("fixed", "overlap-matched")
 KINDS: Final[dict[str, Kind]] = {"single_ball": "single-ball", "multi_ball": "multi-ball"}
 ADVISED: Final = "advised"
@@ -146,7 +147,7 @@ def _models() -> dict[str, Key]:
     }
 
 
-def _study(step: float | str, sample: float, restart: float) -> dict[str, Key]:
+def _study(step: float | str, sample: float, restart: float, ramp: float) -> dict[str, Key]:
     """Return the keys that [single_ball] and [multi_ball] share."""
     return {
         **_models(),
@@ -167,6 +168,13 @@ def _study(step: float | str, sample: float, restart: float) -> dict[str, Key]:
             "mill rotation between dumps [rad]; default: 0.5, or all of a shorter rotation"
         ),
         "restart_angle_rad": _positive("mill rotation between restart files [rad]", restart),
+        "ramp_turns": Key(
+            "number",
+            "turns of the mill from rest to its speed, evenly accelerated; 0: at once",
+            ramp,
+            least=0.0,
+            most=100.0,
+        ),
     }
 
 
@@ -194,13 +202,27 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
     },
     "mill": {
         "radius_m": _positive("R, at the liner between the lifters [m]", REQUIRED),
-        "length_m": _positive("length of the mill, periodic along its axis [m]", REQUIRED),
+        "length_m": _positive("length of the mill along its axis [m]", REQUIRED),
         "gravity_m_s2": _positive("g [m/s^2]", 9.81),
         "speed_rad_s": _positive("speed of rotation [rad/s]"),
         "speed_rpm": _positive("the same in turns per minute"),
         "period_s": _positive("the same as time of a turn [s]"),
         "percent_of_critical": _positive("the same in % of sqrt(g / (R - a))"),
         "froude": _positive("the same as omega^2 R / g"),
+        "ends": Key(
+            "text",
+            "periodic: a piece of a long mill; turning: end walls fixed to the mill; resting: end "
+            "walls at rest",
+            "periodic", choices=ENDS,
+        ),
+        "end_static_friction": Key(
+            "number", "Coulomb friction of ball and end wall; default: static_friction_pw",
+            least=0.0, most=10.0,
+        ),
+        "end_rolling_friction": Key(
+            "number", "rolling friction of ball and end wall; default: rolling_friction_pw",
+            least=0.0, most=1.0,
+        ),
         "allow_centrifuging": Key("flag", "accept a Froude number of 1 or more", False),
     },
     "liner": {
@@ -318,14 +340,14 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         ),
     },
     "single_ball": {
-        **_study(step=ADVISED, sample=0.005, restart=5.0),
+        **_study(step=ADVISED, sample=0.005, restart=5.0, ramp=0.0),
         "rest_s": Key(
             "number", "rest before rotation, physical mill [s]; default: 1.57 sqrt(2 a / g)",
             least=0.0,
         ),
     },
     "multi_ball": {
-        **_study(step=ADVISED, sample=0.01, restart=1.0),
+        **_study(step=ADVISED, sample=0.01, restart=1.0, ramp=0.25),
         "settle_s": _positive(
             "settling before rotation, physical mill [s]; default: 1.27 sqrt(R / g)"
         ),

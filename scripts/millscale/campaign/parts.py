@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from millscale import _core
 from millscale.campaign.campaign import CampaignPart, Charge, Mill
 from millscale.campaign.keys import ADVISED, FRICTION_MATCHED, KINDS
 from millscale.campaign.units import AGREEMENT, resolve
 from millscale.errors import CampaignError
+from millscale.runs.case_file import SpeedChange
 
 Section = Mapping[str, Any]
 # Mill rotation between dumps where the file says nothing [rad]; curtains repeat every pitch.
@@ -36,7 +38,8 @@ def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mil
         raise CampaignError(path, "scaling.S", "missing", "S or scaled_radius_m, a list of numbers")
     _check_radii(path, ratios, mill, sections["ball"]["radius_m"])
     single = name == "single_ball"
-    rotation = _rotation_angle(path, name, section, mill)
+    changes = _speed_changes(section)
+    rotation = _rotation_angle(path, name, section, mill, changes)
     _check_intervals(path, name, section, rotation)
     return CampaignPart(
         kind=KINDS[name],
@@ -51,7 +54,14 @@ def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mil
         restart_angle=section["restart_angle_rad"],
         charge=None if single else _charge(path, sections, ratios, mill),
         ledger=not single and _ledger(path, sections),
+        speed_changes=changes,
     )
+
+
+def _speed_changes(section: Section) -> tuple[SpeedChange, ...]:
+    """Return the changes of the speed: the ramp at the start, if there is one."""
+    ramp = math.tau * section["ramp_turns"]
+    return ((0.0, ramp, 1.0),) if ramp > 0.0 else ()
 
 
 def _part_policies(
@@ -158,11 +168,14 @@ def _check_intervals(path: Path, name: str, section: Section, rotation: float) -
             )
 
 
-def _rotation_angle(path: Path, name: str, section: Section, mill: Mill) -> float:
+def _rotation_angle(
+    path: Path, name: str, section: Section, mill: Mill, changes: tuple[SpeedChange, ...]
+) -> float:
+    schedule = _core.SpeedSchedule(list(changes))
     forms = {
         "rotation_angle_rad": lambda value: value,
         "revolutions": lambda value: value * math.tau,
-        "rotation_s": lambda value: value * mill.omega,
+        "rotation_s": lambda value: schedule.angle(value * mill.omega),
     }
     angle = resolve(section, forms, "rad", (path, name))
     if angle is None:

@@ -138,7 +138,7 @@ def _case(campaign: Campaign, planned: PlannedMill, step: Step) -> Case:
         allow_centrifuging=campaign.mill.allow_centrifuging,
         seed=0,
         physical=parts.physical_part(campaign),
-        mill=parts.mill_part(planned),
+        mill=parts.mill_part(campaign, planned),
         factors=parts.factors_part(planned),
         predicted_energy_ratio=planned.scaled.predicted_energy_ratio,
         centre_path_energy_ratio=planned.scaled.centre_path_energy_ratio,

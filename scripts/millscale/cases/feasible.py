@@ -42,7 +42,7 @@ def check_mill(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list
     with mistakes.collected():
         warnings += _softness(campaign, planned, limits)
     mistakes.raise_all()
-    return [*warnings, *_thin(campaign, planned), *_short(planned)]
+    return [*warnings, *_thin(campaign, planned), *_short(planned), *_ends(campaign, planned)]
 
 
 def _grooves(campaign: Campaign, planned: PlannedMill) -> list[str]:
@@ -159,6 +159,20 @@ def _short(planned: PlannedMill) -> list[str]:
         f"rotation of {planned.part.rotation_angle:.3g} rad: a charge is not steady before some "
         f"{START_UP:g} rad; for means of the steady state give rotation_angle_rad = "
         f"{math.ceil(LEAST_ROTATION):g} or more"
+    ]
+
+
+def _ends(campaign: Campaign, planned: PlannedMill) -> list[str]:
+    """Warn of end walls whose distance over the radius is not that of the physical mill."""
+    mill, radius = campaign.mill, planned.liner.radius
+    if mill.ends == "periodic":
+        return []
+    kept, found = mill.length / mill.radius, planned.simulated_length / radius
+    if abs(found - kept) <= 1e-9 * kept:
+        return []
+    return [
+        f"L / R = {found:.3g} between the ends at S = {planned.S:g}, of the physical mill "
+        f"{kept:.3g}: the share of the end walls is not that of the physical mill"
     ]
 
 

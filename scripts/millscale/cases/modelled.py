@@ -47,7 +47,7 @@ def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
             "they throw the balls; moved exactly about the axis",
         ),
         _wall(campaign),
-        _say("periodic ends", "a piece of a long mill"),
+        _ends(campaign),
         _say(
             "wall with the elastic constants of the balls",
             "assumption: a campaign gives moduli of the balls alone",
@@ -56,11 +56,13 @@ def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
     if planned.part.kind == "multi-ball":
         said.append(_say("settling before rotation", "the bed at rest is the initial state"))
         said.append(_contacts(campaign))
-        if planned.simulated_length == planned.length:
+        if planned.simulated_length == planned.length and campaign.mill.ends == "periodic":
             reason = "no slice asked for; the error of a shorter piece is not known beforehand"
             said.append(_say("the whole length of the mill", reason))
         if campaign.ball.radius_std > 0.0:
             said.append(_say("normal distribution of ball radii", "given by the campaign"))
+    if planned.part.speed_changes:
+        said.append(_speed(planned))
     if planned.scaled.friction_ratio != 1.0:
         k = planned.friction_exponent
         said.append(
@@ -77,6 +79,24 @@ def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
             )
         )
     return said
+
+
+def _ends(campaign: Campaign) -> Statement:
+    if campaign.mill.ends == "periodic":
+        return _say("periodic ends", "a piece of a long mill")
+    motion = {"turning": "turn with the mill", "resting": "stand still"}[campaign.mill.ends]
+    return _say(f"flat end walls that {motion}", "asked for")
+
+
+def _speed(planned: PlannedMill) -> Statement:
+    """Return the start-up ramp and the changes of the speed."""
+    words = []
+    for begin, over, ratio in planned.part.speed_changes:
+        what = "from rest" if begin == 0.0 else f"from {begin / math.tau:.3g} turns on"
+        how = f"over {over / math.tau:.3g} turns" if over else "at once"
+        words.append(f"{what} to {100.0 * ratio:.4g} % of the speed {how}")
+    reason = "stated in the mill's angle, so that scaled mills change speed at similar times"
+    return _say("speed against mill angle: " + "; ".join(words), reason)
 
 
 def _contacts(campaign: Campaign) -> Statement:
@@ -103,7 +123,11 @@ def _left_out(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
         _say("ore, powder and slurry", "balls alone are simulated"),
         _say("air drag", _drag(campaign)),
         _say("breakage and wear", "balls and liner keep their shape over a few turns"),
-        _say("end walls", "periodic along the axis"),
+        *(
+            [_say("end walls", "periodic along the axis")]
+            if campaign.mill.ends == "periodic"
+            else []
+        ),
         _say("motion and bending of the mill", "rigid mill at a prescribed speed"),
     ]
     if planned.S > 1.0:
@@ -125,6 +149,8 @@ def _left_out(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
 
 def _slice(campaign: Campaign, planned: PlannedMill) -> str:
     diameters = planned.simulated_length / (2.0 * campaign.ball.radius)
+    if campaign.mill.ends != "periodic":
+        return f"asked for: {diameters:.3g} ball diameters between the ends stand for it"
     return f"asked for: a periodic slice of {diameters:.3g} ball diameters stands for it"
 
 

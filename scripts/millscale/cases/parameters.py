@@ -6,10 +6,11 @@ from pathlib import Path
 
 from msgspec import to_builtins
 
-from millscale.engine.material_block import HARD_ABOVE, SOFT_BELOW, yes_or_no
-from millscale.runs.case_file import Case, Material, Mill, Wall
+from millscale.cases.atom_types import AtomTypes, atom_types
+from millscale.runs.case_file import Case, Mill, Wall
 from millscale.runs.layout import PROFILE_FILE
 from millscale.runs.liner import liner_of
+from millscale.runs.speed import turned_angle
 from millscale.runs.writing import write_text
 
 FILE = "parameters.in"
@@ -21,6 +22,7 @@ def parameters(case: Case) -> dict[str, float | int | str]:
     physical, mill, ball, time, output = (
         case.physical, case.mill, case.ball, case.time, case.output
     )  # fmt: skip
+    types = atom_types(case)
     x, y, z = ball.start_m or (0.0, 0.0, 0.0)
     return {
         # No deck uses it: the engine's log, which repeats this file, names the case of a run.
@@ -38,13 +40,15 @@ def parameters(case: Case) -> dict[str, float | int | str]:
         "ball_x": x,
         "ball_y": y,
         "ball_z": z,
-        **_material(case.material),
+        **types.variables(),
         "wall_damping": "on",
         **to_builtins(case.deck),
         "mill_radius": mill.radius_m,
         "wall": case.wall.kind,
         "lifters": mill.lifters,
         "liner_shape": _liner_shape(mill),
+        "axial": "p" if mill.ends == "periodic" else "f",
+        "wall_words": _wall(case, types),
         "length": mill.simulated_length_m,
         "half_box": case.domain.half_box_m,
         "skin": case.domain.skin_m,
@@ -54,6 +58,9 @@ def parameters(case: Case) -> dict[str, float | int | str]:
         "rest_steps": time.rest_steps,
         "settle_steps": time.settle_steps,
         "rotation_steps": time.rotation_steps,
+        "rotation_angle": turned_angle(time, mill.omega_rad_s),
+        "speed_changes": len(time.speed_changes),
+        "speed": _speed(case),
         "sample_steps": output.sample_steps,
         "dump_steps": output.dump_steps,
         "restart_steps": output.restart_steps,
@@ -97,24 +104,25 @@ def _liner_shape(mill: Mill) -> str:
     return f'"{words}"'
 
 
+def _speed(case: Case) -> str:
+    """Return the words of the deck that state changes of the speed, and the angle between dumps."""
+    words = [f"mark {case.output.dump_angle_rad!r}"]
+    words += [f"speed_change {x!r} {over!r} {to!r}" for x, over, to in case.time.speed_changes]
+    return f'"{" ".join(words)}"'
+
+
+def _wall(case: Case, types: AtomTypes) -> str:
+    """Return the words of the deck that state material and ends of an analytic wall."""
+    mill, words = case.mill, f"type {types.liner_type}"
+    if mill.ends != "periodic":
+        motion = {"turning": "mill", "resting": "rest"}[mill.ends]
+        words += f" ends 0.0 {mill.simulated_length_m!r} end_motion {motion}"
+        words += f" end_type {types.end_type}"
+    return f'"{words}"'
+
+
 def _mesh(wall: Wall) -> dict[str, float | str | None]:
     """Return the variables of a mesh wall; none for an analytic wall."""
     if wall.kind != "mesh":
         return {}
     return {"curvature_deg": wall.curvature_deg, "liner_file": LINER_FILE}
-
-
-def _material(material: Material) -> dict[str, float | str]:
-    coefficients = ("restitution", "static_friction", "rolling_friction")
-    modulus = material.youngs_modulus_pa
-    return {
-        "youngs_modulus": modulus,
-        "soft_particles": yes_or_no(modulus < SOFT_BELOW),
-        "hard_particles": yes_or_no(modulus > HARD_ABOVE),
-        "poisson_ratio": material.poisson_ratio,
-        **{
-            f"{name}_{pair}": getattr(material, f"{name}_{pair}")
-            for name in coefficients
-            for pair in ("pp", "pw")
-        },
-    }

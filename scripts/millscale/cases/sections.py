@@ -58,7 +58,7 @@ def physical_part(campaign: Campaign) -> PhysicalMill:
     )
 
 
-def mill_part(planned: PlannedMill) -> Mill:
+def mill_part(campaign: Campaign, planned: PlannedMill) -> Mill:
     """Return the scaled mill, its operating point and the numbers that follow from it."""
     mill, froude = planned.scaled.mill, planned.scaled.froude
     critical = _core.critical_speed(mill)
@@ -77,6 +77,9 @@ def mill_part(planned: PlannedMill) -> Mill:
         phase_rad=planned.liner.phase,
         area_m2=planned.liner.area,
         profile=profile_rows(planned.liner),
+        ends=campaign.mill.ends,
+        end_static_friction=campaign.mill.end_static_friction,
+        end_rolling_friction=campaign.mill.end_rolling_friction,
     )
 
 
@@ -118,6 +121,11 @@ def groups_part(campaign: Campaign, planned: PlannedMill) -> Groups:
         ),
         groove_width_over_ball_diameter=liner["groove_width_m"] / diameter,
         length_over_ball_diameter=planned.simulated_length / diameter,
+        length_over_mill_radius=(
+            planned.simulated_length / planned.liner.radius
+            if campaign.mill.ends != "periodic"
+            else None
+        ),
     )
 
 
@@ -160,7 +168,12 @@ def ball_count(campaign: Campaign, planned: PlannedMill) -> int:
         assert charge.filling is not None  # as the reader of campaign files has checked
         volume = charge.filling * planned.liner.area * planned.simulated_length
         count = volume * (1.0 - charge.porosity) / mean_volume(campaign.ball)
-    room = Room(planned.liner, planned.simulated_length, chord_error(campaign, planned))
+    room = Room(
+        planned.liner,
+        planned.simulated_length,
+        chord_error(campaign, planned),
+        closed=campaign.mill.ends != "periodic",
+    )
     places = capacity(room, campaign.ball)
     if not 0.5 <= count <= min(places, MOST_BALLS):
         raise CampaignError(
@@ -198,12 +211,7 @@ def time_part(campaign: Campaign, planned: PlannedMill, step: Step) -> Times:
     part, dt, limits = planned.part, step.value, step.limits
     single = part.kind == "single-ball"
     wait_steps = round(part.wait * planned.scaled.base.time / dt)
-    rotation_steps = max(1, round(part.rotation_angle / (planned.scaled.mill.omega * dt)))
-    if not single:
-        # Whole intervals: the last dump is at the end, at the same mill angle in every mill.
-        dump_steps = max(1, round(part.dump_angle / (planned.scaled.mill.omega * dt)))
-        if rotation_steps >= dump_steps:
-            rotation_steps = round(part.rotation_angle / part.dump_angle) * dump_steps
+    rotation_steps = _rotation_steps(part, planned.scaled.mill.omega * dt)
     steps = rotation_steps + (wait_steps if single else 0)
     if wait_steps + rotation_steps > MOST_STEPS:
         raise CampaignError(
@@ -231,7 +239,27 @@ def time_part(campaign: Campaign, planned: PlannedMill, step: Step) -> Times:
         impact_speed_m_s=limits.impact_speed,
         collision_time_s=limits.collision,
         steps_per_contact=limits.collision / dt,
+        speed_changes=part.speed_changes,
     )
+
+
+def _rotation_steps(part: CampaignPart, turn: float) -> int:
+    """Return the steps of a rotation, of `turn` [rad] each at full speed.
+
+    That of a charge has whole intervals of dumps: the last is at the end, at the same mill angle in
+    every mill.
+    """
+    angle = part.rotation_angle
+    if part.speed_changes:
+        if part.charge is not None and angle >= part.dump_angle:
+            angle = round(angle / part.dump_angle) * part.dump_angle
+        phase = _core.SpeedSchedule(list(part.speed_changes)).phase(angle)
+        return max(1, int(_core.nearest_step(phase / turn)))
+    steps = max(1, round(angle / turn))
+    dump_steps = max(1, round(part.dump_angle / turn))
+    if part.charge is not None and steps >= dump_steps:
+        return round(angle / part.dump_angle) * dump_steps
+    return steps
 
 
 def output_part(part: CampaignPart, planned: PlannedMill, time: Times) -> Output:

@@ -47,7 +47,7 @@ def bed_record(path: Path, room: Room, gravity: float, meshed: bool = False) -> 
         ValueError: the file is no such dump, balls overlap by more than `LARGEST_OVERLAP`, or the
             charge has not settled.
     """
-    packing, velocities = read_bed(path, room.length)
+    packing, velocities = read_bed(path, room.length, room.closed)
     radius = float(packing.radii.mean())
     overlap = largest_overlap(packing)
     if overlap > LARGEST_OVERLAP * radius:
@@ -99,12 +99,18 @@ def in_contact(room: Room, packing: Packing, panels: float, gap: float) -> np.nd
     held = room.liner.nearest(section).distance < packing.radii + panels + gap
     pairs, overlap = overlaps(packing, gap)
     held[pairs[overlap > -gap].ravel()] = True
+    if room.closed:
+        along = packing.centres[:, 1]
+        held |= np.minimum(along, room.length - along) < packing.radii + gap
     return held
 
 
-def read_bed(path: Path, length: float) -> tuple[Packing, np.ndarray]:
+def read_bed(path: Path, length: float, closed: bool = False) -> tuple[Packing, np.ndarray]:
     """Return the balls of a dump in a slice of a length [m], and their velocities, (n, 3) float
     [m/s].
+
+    Args:
+        closed: between end walls.
 
     Raises:
         ValueError: the file is no dump with the columns `COLUMNS`.
@@ -115,23 +121,29 @@ def read_bed(path: Path, length: float) -> tuple[Packing, np.ndarray]:
             raise ValueError(f"{path}: no dump with the columns {' '.join(COLUMNS)}")
         rows = np.loadtxt(stream, ndmin=2)
     centres = rows[:, :3]
-    # Between rebuilds of its lists the engine lets balls leave the period.
-    centres[:, 1] = np.mod(centres[:, 1], length)
-    return Packing(centres, rows[:, 6], length), rows[:, 3:6]
+    if not closed:
+        # Between rebuilds of its lists the engine lets balls leave the period.
+        centres[:, 1] = np.mod(centres[:, 1], length)
+    return Packing(centres, rows[:, 6], length, closed), rows[:, 3:6]
 
 
 def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> float | None:
     """Return the solid fraction in the bulk of a bed; None if the bed is too thin.
 
     The share of `POINTS` random points that lie in a ball, among points `MARGIN` mean diameters
-    inside the liner and as far below the surface: the highest top of the balls within a diameter
-    along x. By the definition of a volume; the standard error is under 0.002. Derived here.
+    inside liner and end walls and as far below the surface: the highest top of the balls within a
+    diameter along x. By the definition of a volume; the standard error is under 0.002. Derived
+    here.
     """
     centres, radii = packing.centres, packing.radii
     diameter = 2.0 * float(radii.mean())
     low = centres.min(axis=0) - radii.max()
     high = centres.max(axis=0) + radii.max()
     low[1], high[1] = 0.0, packing.length
+    if room.closed:
+        low[1], high[1] = MARGIN * diameter, packing.length - MARGIN * diameter
+        if low[1] >= high[1]:
+            return None
     surface = _surface(packing, low[0], high[0], diameter)
     tree, origin = periodic_tree(packing)
     inside = tested = 0

@@ -37,13 +37,15 @@ class Room:
 
     Attributes:
         liner: _core.Profile.
-        length: period along the axis [m].
+        length: period along the axis, or distance of the end walls [m].
         gap: kept clear of the liner, whose panels cut its arcs [m].
+        closed: end walls at 0 and `length` instead of a period.
     """
 
     liner: _core.Profile
     length: float
     gap: float = 0.0
+    closed: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,12 +55,14 @@ class Packing:
     Attributes:
         centres: (n, 3) float, x, y, z [m], 0 <= y < length.
         radii: (n,) float [m].
-        length: period along y [m].
+        length: period along y, or distance of the end walls [m].
+        closed: end walls instead of a period.
     """
 
     centres: np.ndarray
     radii: np.ndarray
     length: float
+    closed: bool = False
 
 
 def write_charge(case: Case, folder: Path) -> None:
@@ -75,7 +79,9 @@ def write_charge(case: Case, folder: Path) -> None:
 
 def room_of(case: Case) -> Room:
     """Return the room for the charge of a case."""
-    return Room(liner_of(case.mill), case.mill.simulated_length_m, case.wall.chord_error_m)
+    mill = case.mill
+    closed = mill.ends != "periodic"
+    return Room(liner_of(mill), mill.simulated_length_m, case.wall.chord_error_m, closed)
 
 
 def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Packing:
@@ -83,7 +89,7 @@ def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Pac
 
     A random block that repeats itself fills the plane of the cross-section; what does not lie clear
     of the liner is taken away, whatever its size, and the lowest balls are kept. The block is as
-    long as the mill, so the ends fit.
+    long as the mill, so the ends fit, also as walls.
 
     Raises:
         CampaignError: there are fewer places than balls.
@@ -110,7 +116,7 @@ def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Pac
     lowest = np.argsort(section[:, 1], kind="stable")[:count]
     section, which = section[lowest], which[lowest]
     packed = np.column_stack([section[:, 0], centres[which, 1], section[:, 1]])
-    return Packing(packed, radii[which], room.length)
+    return Packing(packed, radii[which], room.length, room.closed)
 
 
 def capacity(room: Room, ball: Ball) -> int:
@@ -146,7 +152,7 @@ def _block(
         radii = draw_radii(ball, max(least, min(count, BLOCK)), random)
         solid = 4.0 / 3.0 * math.pi * float((radii**3).sum())
         width = math.sqrt(solid / (fraction * room.length))
-        centres = random_block(radii, np.array([width, room.length, width]), random)
+        centres = random_block(radii, np.array([width, room.length, width]), random, room.closed)
         if centres is not None:
             return centres, radii, width
     raise CampaignError(
@@ -155,23 +161,24 @@ def _block(
 
 
 def periodic_tree(packing: Packing) -> tuple[cKDTree, np.ndarray]:
-    """Return a tree of the centres, periodic along y, and its origin, (3,) float [m].
+    """Return a tree of the centres, periodic along y unless closed, and its origin, (3,) float [m].
 
     The origin is subtracted from positions before a query.
 
-    A tree is periodic in all axes or none: in x and z the period is put out of reach, for points up
-    to a largest diameter outside the centres.
+    A tree is periodic in all axes or none: where there is no period it is put out of reach, for
+    points up to a largest diameter outside the centres.
     """
     reach = 2.0 * packing.radii.max()
     origin = packing.centres.min(axis=0) - reach
     period = np.ptp(packing.centres, axis=0) + 4.0 * reach
-    origin[1], period[1] = 0.0, packing.length
+    if not packing.closed:
+        origin[1], period[1] = 0.0, packing.length
     return cKDTree(packing.centres - origin, boxsize=period), origin
 
 
 def largest_overlap(packing: Packing) -> float:
-    """Return the largest overlap of two balls [m], also across the periodic ends; at least 0."""
-    if packing.length < 2.0 * packing.radii.max():
+    """Return the largest overlap of two balls [m], also across periodic ends; at least 0."""
+    if not packing.closed and packing.length < 2.0 * packing.radii.max():
         return float(2.0 * packing.radii.max() - packing.length)
     return max(0.0, float(overlaps(packing)[1].max(initial=0.0)))
 
@@ -179,14 +186,15 @@ def largest_overlap(packing: Packing) -> float:
 def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Return pairs of neighbours, (n, 2) int, and their overlaps [m], (n,) float.
 
-    All pairs with a separation up to `gap` [m] are among them, also across the periodic ends. Their
+    All pairs with a separation up to `gap` [m] are among them, also across periodic ends. Their
     overlap is negative.
     """
     centres, radii = packing.centres, packing.radii
     tree, _ = periodic_tree(packing)
     pairs = tree.query_pairs(2.0 * radii.max() + gap, output_type="ndarray")
     apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])
-    apart[:, 1] = np.minimum(apart[:, 1], packing.length - apart[:, 1])
+    if not packing.closed:
+        apart[:, 1] = np.minimum(apart[:, 1], packing.length - apart[:, 1])
     touching = radii[pairs].sum(axis=1)
     return pairs, touching - np.linalg.norm(apart, axis=1)
 

@@ -27,7 +27,7 @@ class Pairs:
 
 
 def random_block(
-    radii: np.ndarray, sides: np.ndarray, random: np.random.Generator
+    radii: np.ndarray, sides: np.ndarray, random: np.random.Generator, closed: bool = False
 ) -> np.ndarray | None:
     """Return the centres (n, 3) [m] of balls that do not overlap, also across the periodic sides.
 
@@ -37,12 +37,18 @@ def random_block(
     Args:
         radii: (n,) float [m].
         sides: (3,) float, the periods, none shorter than the largest diameter [m].
+        closed: walls at 0 and the length along y, which no ball crosses, instead of a period.
 
     Returns:
         None if overlaps are left after `PASSES`: the block is too full.
     """
     centres = random.uniform(0.0, 1.0, (len(radii), 3)) * sides
     reach = 2.0 * (1.0 + INFLATION) * float(radii.max())
+    length = sides[1]
+    if closed:
+        # The period is put out of the reach of the lists.
+        sides = sides + np.array([0.0, 2.0 * LISTED * reach, 0.0])
+        centres[:, 1] = _between(centres[:, 1], radii, length)
     pairs, listed = None, centres
     for _ in range(PASSES):
         if pairs is None or _farthest(centres, listed) > 0.5 * (LISTED - 1.0) * reach:
@@ -54,7 +60,15 @@ def random_block(
         if (distance >= pairs.touching).all():
             return wrapped(centres, sides)
         centres = centres + PUSH * _pushes(pairs, apart, distance, len(radii))
+        if closed:
+            centres[:, 1] = _between(centres[:, 1], radii, length)
     return None
+
+
+def _between(places: np.ndarray, radii: np.ndarray, length: float) -> np.ndarray:
+    """Return places along the axis at which balls are clear of walls at 0 and a length [m]."""
+    clear: np.ndarray = np.clip(places, radii, length - radii)
+    return clear
 
 
 def wrapped(positions: np.ndarray, period: np.ndarray | float) -> np.ndarray:

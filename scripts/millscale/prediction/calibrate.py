@@ -324,6 +324,7 @@ def _as_physical(tree: Tree, case: Case, settling: float) -> Tree:
         "gravity_m_s2": case.mill.gravity_m_s2,
         "speed_rad_s": case.mill.omega_rad_s,
         "allow_centrifuging": case.allow_centrifuging,
+        **{key: value for key, value in tree["mill"].items() if key.startswith("end")},
     }
     for section in ("liner", "wall"):
         for key in tree.get(section, {}):

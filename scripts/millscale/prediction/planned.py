@@ -87,6 +87,9 @@ class PlannedMills:
         self._base = deepcopy({name: base[name] for name in base if name != "single_ball"})
         self.is_precision_chosen = _choose_precision(self._base)
         self.case = case = _charges(path, self._base)[0]
+        if case.mill.ends != "periodic":
+            cause = f'got "{case.mill.ends}": the planned mills are slices, which do not keep L / R'
+            raise CampaignError(path, "mill.ends", cause, "no such key")
         if case.policy == FRICTION_MATCHED:
             raise CampaignError(
                 path,

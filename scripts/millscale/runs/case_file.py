@@ -39,6 +39,10 @@ ProfileNode = tuple[
     Number, Number, Number, Annotated[int, Meta(ge=0, le=3)], Annotated[int, Meta(ge=0, le=1)]
 ]
 Kind = Literal["single-ball", "multi-ball"]
+Ends = Literal["periodic", "turning", "resting"]
+# Of `_core.SpeedSchedule`: mill angle at which a change of the speed begins, mill angle that it
+# takes [rad], speed afterwards over that of the mill.
+SpeedChange = tuple[Number, Number, Positive]
 WallKind = Literal["analytic", "mesh"]
 Surface = Literal["fast", "default"]
 Precision = Literal["double", "mixed"]
@@ -68,11 +72,13 @@ class Mill(Section, frozen=True):
     """The scaled mill, its operating point and the numbers that follow from it.
 
     Attributes:
-        simulated_length_m: of the periodic piece that is simulated.
+        simulated_length_m: of the piece that is simulated, between its ends.
         detach_angle_deg: of a point mass, from the vertical; None if the mill centrifuges.
         phase_rad: of groove 0 from the bottom, at rest.
         area_m2: of the cross-section inside the liner.
         profile: nodes of `_core.Profile`, of a liner that is not of trapezoidal lifters.
+        ends: along the axis; turning and resting ones are walls.
+        end_static_friction, end_rolling_friction: of ball and end wall, if it has its own.
     """
 
     radius_m: Positive
@@ -93,6 +99,9 @@ class Mill(Section, frozen=True):
     phase_rad: Number
     area_m2: Number
     profile: tuple[ProfileNode, ...] | None = None
+    ends: Ends = "periodic"
+    end_static_friction: Number | None = None
+    end_rolling_friction: Number | None = None
 
 
 class LinerFile(Section, frozen=True):
@@ -125,12 +134,17 @@ class Factors(Section, frozen=True):
 
 
 class Groups(Section, frozen=True):
-    """Ratios to the ball size, which no policy keeps."""
+    """Ratios to the ball size, which no policy keeps.
+
+    Attributes:
+        length_over_mill_radius: of a mill with end walls; that of the physical mill is kept.
+    """
 
     ball_radius_over_mill_radius: Number
     lifter_height_over_ball_diameter: Number
     groove_width_over_ball_diameter: Number
     length_over_ball_diameter: Number
+    length_over_mill_radius: Number | None = None
 
 
 class Balls(Section, frozen=True):
@@ -174,6 +188,7 @@ class Times(Section, frozen=True):
         steps, duration_s: of the run that turns the mill: rest and rotation of a single ball,
             rotation of a charge.
         limit_fraction: step over `damping_limit_s`.
+        speed_changes: ramp and steps of the speed; none: at full speed from the start.
     """
 
     step_s: Positive
@@ -194,6 +209,7 @@ class Times(Section, frozen=True):
     impact_speed_m_s: Number
     collision_time_s: Number
     steps_per_contact: Number
+    speed_changes: tuple[SpeedChange, ...] = ()
 
 
 class Charge(Section, frozen=True):
