@@ -568,7 +568,7 @@ def test_all_mistakes_of_a_file_are_stated_with_their_lines(tmp_path):
     }
     lines = str(caught.value).splitlines()
     assert len(lines) == len(found)
-    assert lines[2].startswith(f"{path}:3: mill.length_m: length of the mill, periodic")
+    assert lines[2].startswith(f"{path}:3: mill.length_m: length of the mill along")
     assert lines[2].endswith('got "1 m"; accepted: a number > 0')
 
 

@@ -41,7 +41,12 @@ def ran(folder, wall, study, force, **changes):
         **({"single_ball": None} | study),
         **changes,
     )[0]
-    single = case.kind == "single-ball"
+    return run_decks(folder, case)
+
+
+def run_decks(folder, case):
+    """Return the folder, in which the decks of a case ran."""
+    single, wall = case.kind == "single-ball", case.wall.kind
     decks = ("single_ball.in",) if single else ("settle.in", "mill.in")
     copy_decks(decks, folder)
     write_parameters(case, folder)

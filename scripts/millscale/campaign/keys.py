@@ -426,4 +426,20 @@ TABLES: Final[dict[str, Table]] = {
         },
         most=20,
     ),
-}
+    "speed": Table(
+        "a change of the speed",
+        {
+            "from_turns": _positive("turns of the mill after which the speed changes"),
+            "from_s": _positive("the same as time of the physical mill since it turns [s]"),
+            "speed_rad_s": _positive("speed from then on [rad/s]"),
+            "speed_rpm": _positive("the same in turns per minute"),
+            "period_s": _positive("the same as time of a turn [s]"),
+            "percent_of_critical": _positive("the same in % of sqrt(g / (R - a))"),
+            "froude": _positive("the same as omega^2 R / g"),
+            "ramp_turns": Key(
+                "number", "turns of the mill from the speed before, evenly accelerated; 0: at once",
+                0.0, least=0.0, most=100.0,
+            ),
+        },
+    ),
+}  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Any
 from millscale import _core
 from millscale.campaign.campaign import CampaignPart, Charge, Mill
 from millscale.campaign.keys import ADVISED, FRICTION_MATCHED, KINDS
+from millscale.campaign.speed import speed_changes
 from millscale.campaign.units import AGREEMENT, resolve
 from millscale.errors import CampaignError
 from millscale.runs.case_file import SpeedChange
@@ -36,9 +37,10 @@ def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mil
     ratios = _ratios(path, name, section, mill) or _ratios(path, "scaling", scaling, mill)
     if ratios is None:
         raise CampaignError(path, "scaling.S", "missing", "S or scaled_radius_m, a list of numbers")
-    _check_radii(path, ratios, mill, sections["ball"]["radius_m"])
+    ball_radius = sections["ball"]["radius_m"]
+    _check_radii(path, ratios, mill, ball_radius)
     single = name == "single_ball"
-    changes = _speed_changes(section)
+    changes = speed_changes(path, section["ramp_turns"], sections["speed"], mill, ball_radius)
     rotation = _rotation_angle(path, name, section, mill, changes)
     _check_intervals(path, name, section, rotation)
     return CampaignPart(
@@ -47,7 +49,7 @@ def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mil
         schemes=section["schemes"] or scaling["schemes"],
         policies=_part_policies(path, name, section["policies"], scaling["policies"]),
         step=None if section["step_s"] == ADVISED else section["step_s"],
-        wait=_wait(name, section, mill, sections["ball"]["radius_m"]),
+        wait=_wait(name, section, mill, ball_radius),
         rotation_angle=rotation,
         sample_angle=section["sample_angle_rad"],
         dump_angle=section["dump_angle_rad"] or min(DUMP_ANGLE, rotation),
@@ -56,12 +58,6 @@ def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mil
         ledger=not single and _ledger(path, sections),
         speed_changes=changes,
     )
-
-
-def _speed_changes(section: Section) -> tuple[SpeedChange, ...]:
-    """Return the changes of the speed: the ramp at the start, if there is one."""
-    ramp = math.tau * section["ramp_turns"]
-    return ((0.0, ramp, 1.0),) if ramp > 0.0 else ()
 
 
 def _part_policies(

@@ -153,7 +153,14 @@ def _thin(campaign: Campaign, planned: PlannedMill) -> list[str]:
 def _short(planned: PlannedMill) -> list[str]:
     if planned.part.kind == "single-ball":
         return []
-    if planned.part.rotation_angle >= LEAST_ROTATION:
+    part = planned.part
+    late = [begin + over for begin, over, _ in part.speed_changes]
+    if late and late[-1] >= part.rotation_angle:
+        return [
+            f"the last change of the speed ends at {late[-1]:.3g} rad, the rotation at "
+            f"{part.rotation_angle:.3g} rad: means are of changing speed"
+        ]
+    if part.rotation_angle >= LEAST_ROTATION:
         return []
     return [
         f"rotation of {planned.part.rotation_angle:.3g} rad: a charge is not steady before some "

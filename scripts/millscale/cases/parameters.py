@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from msgspec import to_builtins
 
-from millscale.cases.atom_types import AtomTypes, atom_types
+from millscale.engine.material_block import HARD_ABOVE, SOFT_BELOW, yes_or_no
+from millscale.runs.atom_types import COEFFICIENTS, AtomTypes, atom_types
 from millscale.runs.case_file import Case, Mill, Wall
 from millscale.runs.layout import PROFILE_FILE
 from millscale.runs.liner import liner_of
@@ -40,7 +42,7 @@ def parameters(case: Case) -> dict[str, float | int | str]:
         "ball_x": x,
         "ball_y": y,
         "ball_z": z,
-        **types.variables(),
+        **_materials(types),
         "wall_damping": "on",
         **to_builtins(case.deck),
         "mill_radius": mill.radius_m,
@@ -126,3 +128,21 @@ def _mesh(wall: Wall) -> dict[str, float | str | None]:
     if wall.kind != "mesh":
         return {}
     return {"curvature_deg": wall.curvature_deg, "liner_file": LINER_FILE}
+
+
+def _materials(types: AtomTypes) -> dict[str, float | int | str]:
+    """Return the variables of the material block: lists of numbers as text."""
+    moduli = [material.youngs_modulus_pa for material in types.all]
+    return {
+        "types": len(types.all),
+        "liner_type": types.liner_type,
+        "youngs_moduli": _list(moduli),
+        "poisson_ratios": _list([material.poisson_ratio for material in types.all]),
+        "soft_particles": yes_or_no(min(moduli) < SOFT_BELOW),
+        "hard_particles": yes_or_no(max(moduli) > HARD_ABOVE),
+        **{f"{name}s": _list(types.matrix(name)) for name in COEFFICIENTS},
+    }
+
+
+def _list(numbers: Sequence[float]) -> str:
+    return '"' + " ".join(repr(float(x)) for x in numbers) + '"'

@@ -87,6 +87,13 @@ def impact_speed(mill: _core.OperatingPoint) -> float:
     return mill.omega * path * math.sqrt(1.0 + 8.0 * (1.0 - cosine**2))
 
 
+def fastest_point(planned: PlannedMill) -> _core.OperatingPoint:
+    """Return the operating point of a planned mill at its largest speed."""
+    mill = planned.scaled.mill
+    fastest = _core.SpeedSchedule(list(planned.part.speed_changes)).fastest
+    return _core.OperatingPoint(mill.radius, mill.ball_radius, mill.gravity, mill.omega * fastest)
+
+
 def limits_of(campaign: Campaign, planned: PlannedMill) -> Limits:
     """Return the time-step limits of a planned mill, with its own stiffness, gravity and speed."""
     ball, mill = campaign.ball, planned.scaled.mill
@@ -95,7 +102,7 @@ def limits_of(campaign: Campaign, planned: PlannedMill) -> Limits:
     depth = ball.radius if single else mill.radius
     overlap = ball.radius * _core.bed_overlap(material, mill.gravity, depth)
     restitution = campaign.material.restitution_pw if single else campaign.material.restitution_pp
-    speed = impact_speed(mill)
+    speed = impact_speed(fastest_point(planned))
     # The smallest ball has the shortest times.
     smallest = ball.radius - (0.0 if single else ball.radius_std * ball.truncation)
     return Limits(

@@ -14,6 +14,7 @@ from millscale.campaign.campaign import Ball
 from millscale.errors import CampaignError
 from millscale.packing.ball_sizes import draw_radii, mean_volume
 from millscale.packing.random_block import random_block
+from millscale.runs.atom_types import atom_types
 from millscale.runs.case_file import Case
 from millscale.runs.liner import liner_of
 from millscale.runs.writing import writing
@@ -74,7 +75,8 @@ def write_charge(case: Case, folder: Path) -> None:
     ball, room = case.ball, room_of(case)
     sizes = Ball(ball.radius_m, ball.density_kg_m3, ball.radius_std_m, ball.truncation)
     packing = pack(room, sizes, ball.count, np.random.default_rng(case.seed))
-    write_data(packing, sizes.density, case.domain.half_box_m, Path(folder) / FILE)
+    types = len(atom_types(case).all)
+    write_data(packing, sizes.density, case.domain.half_box_m, Path(folder) / FILE, types)
 
 
 def room_of(case: Case) -> Room:
@@ -199,13 +201,15 @@ def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray
     return pairs, touching - np.linalg.norm(apart, axis=1)
 
 
-def write_data(packing: Packing, density: float, half_box: float, path: Path) -> None:
+def write_data(
+    packing: Packing, density: float, half_box: float, path: Path, types: int = 2
+) -> None:
     """Write a packing as a data file of atom style granular: id type diameter density x y z.
 
-    Type 1 is a ball; type 2, the liner's, has none. Written under another name and renamed.
+    Type 1 is a ball; walls have the other types. Written under another name and renamed.
     """
     header = (
-        f"initial packing, SI units\n\n{len(packing.radii)} atoms\n2 atom types\n\n"
+        f"initial packing, SI units\n\n{len(packing.radii)} atoms\n{types} atom types\n\n"
         f"{-half_box!r} {half_box!r} xlo xhi\n0.0 {packing.length!r} ylo yhi\n"
         f"{-half_box!r} {half_box!r} zlo zhi\n\nAtoms\n\n"
     )

@@ -7,12 +7,10 @@ A coefficient of two ball classes is the geometric mean of the coefficients of e
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from millscale.engine.material_block import HARD_ABOVE, SOFT_BELOW, yes_or_no
 from millscale.runs.case_file import Case, Material
 
 COEFFICIENTS = ("restitution", "static_friction", "rolling_friction")
@@ -44,19 +42,6 @@ class AtomTypes:
     def all(self) -> tuple[Material, ...]:
         """Materials of all types."""
         return (*self.balls, self.liner, *([self.ends] if self.ends else []))
-
-    def variables(self) -> dict[str, float | int | str]:
-        """Return the variables of the material block of the decks: lists of numbers as text."""
-        moduli = [material.youngs_modulus_pa for material in self.all]
-        return {
-            "types": len(self.all),
-            "liner_type": self.liner_type,
-            "youngs_moduli": _text(moduli),
-            "poisson_ratios": _text([material.poisson_ratio for material in self.all]),
-            "soft_particles": yes_or_no(min(moduli) < SOFT_BELOW),
-            "hard_particles": yes_or_no(max(moduli) > HARD_ABOVE),
-            **{f"{name}s": _text(self.matrix(name)) for name in COEFFICIENTS},
-        }
 
     def matrix(self, name: str) -> list[float]:
         """Return a coefficient of each pair of types, the matrix by rows."""
@@ -90,7 +75,3 @@ def _end_material(case: Case) -> Material | None:
         if (value := getattr(case.mill, f"end_{name}")) is not None
     }
     return replace(case.material, **own) if own else None
-
-
-def _text(numbers: Sequence[float]) -> str:
-    return '"' + " ".join(repr(float(x)) for x in numbers) + '"'
