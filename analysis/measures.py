@@ -256,6 +256,15 @@ QUANTITIES = (
         read=lambda charge: charge.result.mean.get("flying_share"),
         of_result=True,
     ),
+    Quantity(
+        "ends_power_share",
+        "power of the ends",
+        "% of power",
+        100.0,
+        1,
+        read=lambda charge: charge.result.ends and charge.result.ends.power_share,
+        of_result=True,
+    ),
     _end("toe_angle_rad", "toe", lambda ends: ends.toe),
     _end("shoulder_angle_rad", "shoulder", lambda ends: ends.shoulder),
     Quantity(

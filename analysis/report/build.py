@@ -58,7 +58,7 @@ def build_report(runs: Path, predict: Predict | None = None) -> Path:
 
 
 def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
-    comparison = campaign.comparison
+    comparison, shown = campaign.comparison, _shown(campaign)
     screen = first_screen.overview(campaign, predict(campaign) if predict else ())
     quantities = first_screen.QUANTITIES
     return (
@@ -93,8 +93,8 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
             measures=measures,
             errors=SHOWN,
             of_dumps=OF_DUMPS,
-            means=[x for x in measures.NUMBERS if x.in_tables and x.of_result],
-            bed=[x for x in measures.NUMBERS if x.in_tables and not x.of_result],
+            means=[x for x in shown if x.of_result],
+            bed=[x for x in shown if not x.of_result],
         )
     )
 
@@ -104,6 +104,17 @@ def _drawing(campaign: Campaign, screen: first_screen.Overview) -> MillDrawing:
         return mill_drawing(campaign.cases[0].case)
     mill = first_screen.nearest(screen.rows).mill
     return mill_drawing(mill.first.case, campaign.comparison, mill)
+
+
+def _shown(campaign: Campaign) -> list[measures.Quantity]:
+    """Return the numbers of the tables; those of end walls only if a charge has them."""
+    known = {
+        name for row in campaign.comparison.rows for name, x in row.numbers.items() if x is not None
+    }
+    of_some = {"ends_power_share"}
+    return [
+        x for x in measures.NUMBERS if x.in_tables and (x.name in known or x.name not in of_some)
+    ]
 
 
 def environment() -> Environment:

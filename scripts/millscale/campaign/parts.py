@@ -27,7 +27,7 @@ SETTLING = 1.27
 REST = 1.57
 
 
-def build_part(path: Path, name: str, sections: Mapping[str, Section], mill: Mill) -> CampaignPart:
+def build_part(path: Path, name: str, sections: Mapping[str, Any], mill: Mill) -> CampaignPart:
     """Return the campaign part of section `name`; keys it lacks are taken from [scaling].
 
     Raises:
