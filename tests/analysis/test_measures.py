@@ -73,6 +73,7 @@ def test_numbers_of_a_charge_are_read_by_name(charge):
     assert read["flying_share"] == charge.result.mean["flying_share"]
     # Known after one revolution, which this charge does not complete.
     assert read.pop("mixing_index") is None
+    assert read.pop("ends_power_share") is None  # periodic ends
     assert None not in read.values()
 
 

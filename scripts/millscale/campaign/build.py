@@ -93,7 +93,7 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     contacts = built(_contacts, "model")
     parts = []
     for kind in KINDS:
-        if mill and sections.keys() >= {kind, "ball", "scaling", "wall", "model"}:
+        if mill and sections.keys() >= {kind, "ball", "scaling", "wall", "model", "speed"}:
             with mistakes.collected():
                 parts.append(build_part(path, kind, sections, mill))
     if not any(kind in tree for kind in KINDS):
