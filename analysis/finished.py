@@ -87,14 +87,24 @@ class Finished:
         return self.case.policy
 
     @property
+    def state(self) -> str:
+        """Return the state of the liner, such as worn; empty in a campaign of one."""
+        return self.case.liner_state.name if self.case.liner_state else ""
+
+    @property
+    def variant(self) -> str:
+        """Return the policy, with the state of the liner if there are several: `paper-worn`."""
+        return f"{self.policy}-{self.state}" if self.state else self.policy
+
+    @property
     def is_physical(self) -> bool:
         return self.case.is_physical
 
     @property
     def place(self) -> tuple:
-        """Return its place in tables: by scheme, policy and S."""
+        """Return its place in tables: by scheme, policy, state of the liner and S."""
         known = POLICIES.index(self.policy) if self.policy in POLICIES else len(POLICIES)
-        return self.scheme, known, self.policy, self.S, self.id
+        return self.scheme, known, self.variant, self.S, self.id
 
     @cached_property
     def timing(self) -> Timing:
@@ -190,6 +200,8 @@ class Charge(Finished):
         if self.policy != "paper":
             k = self.case.friction_exponent
             words.append(self.policy + (f", k = {k:g}" if k else ""))
+        if self.state:
+            words.append(self.state)
         return ", ".join(words)
 
     def has(self, column: str) -> bool:

@@ -72,6 +72,7 @@ class ChargeRow:
         charge, reference, settled = self.charge, self.reference, self.charge.settled
         return {
             **{key: getattr(charge, key) for key in ("campaign", "id", "scheme", "policy", "S")},
+            **({"state": charge.state} if charge.state else {}),
             "seed": charge.seed,
             "stiffness": charge.stiffness,
             "balls": charge.balls,

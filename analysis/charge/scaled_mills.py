@@ -1,6 +1,7 @@
 """Scaled mills and their references: which charges are seeds of one mill, which are compared.
 
-At S = 1 all schemes and policies are the same mill, the physical one.
+At S = 1 all schemes and policies are the same mill, the physical one. Mills with another state of
+the liner are never references of each other.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ Pair = tuple[Charge, Charge]
 
 
 class MillName(NamedTuple):
-    """What all seeds of a scaled mill share."""
+    """What all seeds of a scaled mill share; `policy` with the state of the liner, as in
+    `Finished.variant`."""
 
     campaign: str
     scheme: str
@@ -59,7 +61,7 @@ def scaled_mills(charges: Sequence[Charge]) -> list[ScaledMill]:
 
 def mill_name(charge: Charge) -> MillName:
     """Return the name of the scaled mill of a charge."""
-    return MillName(charge.campaign, charge.scheme, charge.policy, charge.stiffness, charge.S)
+    return MillName(charge.campaign, charge.scheme, charge.variant, charge.stiffness, charge.S)
 
 
 @dataclass(frozen=True)
@@ -86,14 +88,15 @@ class Charges:
     def reference_of(self, charge: Charge) -> Charge:
         """Return what a charge is compared with; itself if it is a seed of the reference.
 
-        The physical mill of its own campaign, there of its own scheme, policy and stiffness if
-        possible. Else the physical mill of another campaign. Else the largest mill (smallest S) of
-        its own campaign. The first seed of each.
+        Among the mills with the same state of the liner: the physical mill of its own campaign,
+        there of its own scheme, policy and stiffness if possible. Else the physical mill of another
+        campaign. Else the largest mill (smallest S) of its own campaign. The first seed of each.
         """
         mill = self.mill_of(charge)
-        own = [other for other in self.mills if other.name.campaign == mill.name.campaign]
+        alike = [other for other in self.mills if other.first.state == charge.state]
+        own = [other for other in alike if other.name.campaign == mill.name.campaign]
         largest = [other for other in own if min(x.name.S for x in own) == other.name.S]
-        physical = [other for other in self.mills if other.is_physical]
+        physical = [other for other in alike if other.is_physical]
 
         def likeness(other: ScaledMill) -> tuple:
             differs = [a != b for a, b in zip(other.name[:4], mill.name[:4], strict=True)]

@@ -70,13 +70,14 @@ def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImage
 
 def by_scheme(charges: Sequence[Charge]) -> dict[str, list[Charge]]:
     """Return the charges of each scheme by S. The physical mill is the same mill in all schemes: a
-    scheme without it takes that of another."""
+    scheme without it takes that of another, of each state of the liner."""
     physical = [charge for charge in charges if charge.is_physical]
     found: dict[str, list[Charge]] = {}
     for scheme in dict.fromkeys(charge.scheme for charge in charges):
         own = [charge for charge in charges if charge.scheme == scheme]
-        if not any(charge.is_physical for charge in own):
-            own += physical[:1]
+        for state in dict.fromkeys(charge.state for charge in own):
+            if not any(charge.is_physical and charge.state == state for charge in own):
+                own += [charge for charge in physical if charge.state == state][:1]
         found[scheme] = sorted(own, key=lambda charge: charge.S)
     return found
 

@@ -81,10 +81,10 @@ def mill_lines(campaign: Campaign) -> list[MillLine]:
     seen = {}
     for case in sorted(campaign.cases, key=lambda case: case.place):
         seen.setdefault(
-            (case.scheme, case.policy, case.S),
+            (case.scheme, case.variant, case.S),
             MillLine(
                 case.scheme,
-                case.policy,
+                case.variant,
                 case.S,
                 case.case.mill,
                 paper.scheme_row(liners, case.S),

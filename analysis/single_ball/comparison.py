@@ -31,7 +31,9 @@ class OfMill(Protocol):
     @property
     def scheme(self) -> str: ...
     @property
-    def policy(self) -> str: ...
+    def state(self) -> str: ...
+    @property
+    def variant(self) -> str: ...
     @property
     def S(self) -> float: ...
     @property
@@ -99,6 +101,14 @@ class SingleBallRow:
     @property
     def policy(self) -> str:
         return self.ball.policy
+
+    @property
+    def state(self) -> str:
+        return self.ball.state
+
+    @property
+    def variant(self) -> str:
+        return self.ball.variant
 
     @property
     def S(self) -> float:
@@ -188,7 +198,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Regression:
-    """Ratio against prediction of one scheme and policy.
+    """Ratio against prediction of one scheme and policy; with several states of the liner, of one.
 
     Attributes:
         mills: number of scaled mills.
@@ -220,8 +230,8 @@ class Regression:
 def single_ball_rows(balls: Iterable[SingleBall]) -> list[SingleBallRow]:
     """Return a row for each case, by scheme, policy and S.
 
-    Energies are changes on the parabola of the first throw. Ratios are to S = 1 of the same scheme
-    and policy, or of another policy: all policies are the same mill there.
+    Energies are changes on the parabola of the first throw. Ratios are to S = 1 of the same scheme,
+    state of the liner and policy, or of another policy: all policies are the same mill there.
     """
     ordered = sorted(balls, key=lambda ball: ball.place)
     windows = common_windows(ordered)
@@ -231,18 +241,19 @@ def single_ball_rows(balls: Iterable[SingleBall]) -> list[SingleBallRow]:
 
 
 def by_policy(entries: Sequence[M]) -> dict[tuple[str, str], list[M]]:
-    """Return the scaled mills of each scheme and policy. At S = 1 all policies are the same mill: a
-    policy without that mill takes another's.
+    """Return the scaled mills of each scheme and variant, a policy with one state of the liner. At
+    S = 1 all policies are the same mill: a policy without that mill takes another's.
 
     Args:
         entries: by scheme, policy and S.
     """
     groups: dict[tuple[str, str], list[M]] = {}
     for entry in entries:
-        groups.setdefault((entry.scheme, entry.policy), []).append(entry)
+        groups.setdefault((entry.scheme, entry.variant), []).append(entry)
     for (scheme, _), group in groups.items():
         if not any(entry.is_physical for entry in group):
-            group[:0] = [x for x in entries if x.scheme == scheme and x.is_physical][:1]
+            physical = [x for x in entries if x.scheme == scheme and x.is_physical]
+            group[:0] = [x for x in physical if x.state == group[0].state][:1]
     return groups
 
 
@@ -276,7 +287,8 @@ def _row(
 
 
 def _reference(ball: SingleBall, balls: Sequence[SingleBall]) -> SingleBall | None:
-    physical = [other for other in balls if other.scheme == ball.scheme and other.is_physical]
+    alike = [x for x in balls if (x.scheme, x.state) == (ball.scheme, ball.state)]
+    physical = [other for other in alike if other.is_physical]
     same_policy = [other for other in physical if other.policy == ball.policy]
     return next(iter(same_policy + physical), None)
 

@@ -174,7 +174,7 @@ def test_a_sheet_that_cannot_be_drawn_is_explained(comparison, tmp_path, monkeyp
 
 def test_a_scheme_without_the_physical_mill_of_its_own_is_drawn_with_the_other_s():
     def charge(scheme, S):
-        return SimpleNamespace(scheme=scheme, S=S, is_physical=S == 1.0)
+        return SimpleNamespace(scheme=scheme, state="", S=S, is_physical=S == 1.0)
 
     physical, half = charge("constant-gravity", 1.0), charge("constant-gravity", 2.0)
     third, own = charge("constant-speed", 3.0), charge("constant-speed", 1.0)

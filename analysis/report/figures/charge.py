@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from millscale.analysis.charge.result import charge_scales
 from millscale.analysis.charge.scaled_mills import mill_name
 from millscale.analysis.finished import Charge
-from millscale.report.figures.style import STYLE, shade_of_each_S
+from millscale.report.figures.style import STYLE, dashes_of_states, shade_of_each_S
 
 _PANELS = (
     ("kinetic energy", "kinetic_translation_J", "energy", "J"),
@@ -56,9 +56,9 @@ def charge_series(charges: Sequence[Charge], dimensionless: bool) -> Figure:
 
 def _looks(charges: Sequence[Charge]) -> dict[Charge, dict[str, Any]]:
     """Return the line of each charge: colour by S, black at S = 1, dashes at constant speed, dots
-    for a policy other than the paper's. Seeds of one scaled mill look alike, and the first is in
-    the legend."""
-    colours = shade_of_each_S(charges)
+    for a policy other than the paper's, long dashes for a second state of the liner. Seeds of one
+    scaled mill look alike, and the first is in the legend."""
+    colours, states = shade_of_each_S(charges), dashes_of_states(charges)
     looks: dict[Charge, dict[str, Any]] = {}
     named: set[tuple] = set()
     for charge in charges:
@@ -66,7 +66,7 @@ def _looks(charges: Sequence[Charge]) -> dict[Charge, dict[str, Any]]:
         dashes = "--" if charge.scheme == "constant-speed" else "-"
         looks[charge] = {
             "color": colours[charge.S],
-            "linestyle": dashes if charge.policy == "paper" else ":",
+            "linestyle": states.get(charge.state, dashes if charge.policy == "paper" else ":"),
             "label": "_" if mill in named else charge.id.removesuffix(f"-seed{charge.seed}"),
         }
         named.add(mill)

@@ -18,7 +18,7 @@ from millscale.analysis.shapes.curtain import RESOLUTION
 from millscale.analysis.shapes.mass_flow import FRAMES
 from millscale.analysis.shapes.shape import Shape
 from millscale.analysis.shapes.solid_fraction import Grid
-from millscale.report.figures.style import STYLE, shade_of_each_S
+from millscale.report.figures.style import STYLE, dashes_of_states, shade_of_each_S
 
 DASHES = {"fixed": "-", "overlap-matched": (0, (4, 1.5))}
 DOTS = (0, (1, 1))  # a policy other than the paper's
@@ -26,13 +26,15 @@ DOTS = (0, (1, 1))  # a policy other than the paper's
 
 def looks_of(charges: Sequence[Charge]) -> dict[Charge, dict]:
     """Return the line style of each charge: colour by S, black at S = 1, dashes for a matched E,
-    dots for a policy other than the paper's."""
-    shades = shade_of_each_S(charges)
+    dots for a policy other than the paper's, long dashes for a second state of the liner."""
+    shades, states = shade_of_each_S(charges), dashes_of_states(charges)
     return {
         charge: {
             "color": shades[charge.S],
             "lw": 1.8 if charge.is_physical else 1.2,
-            "ls": DASHES[charge.stiffness] if charge.policy == "paper" else DOTS,
+            "ls": states.get(
+                charge.state, DASHES[charge.stiffness] if charge.policy == "paper" else DOTS
+            ),
             "zorder": 2 if charge.is_physical else 3,
         }
         for charge in charges
@@ -53,8 +55,8 @@ def contours(measured: Measured, charges: Sequence[Charge]) -> Figure:
         for axes, angle in zip(panels, angles, strict=False):
             shapes = measured.shapes[angle]
             drawn = [charge for charge in charges if charge in shapes]
-            if drawn:
-                _outline(axes, shapes[drawn[0]])
+            for charge in {charge.state: charge for charge in drawn[::-1]}.values():
+                _outline(axes, shapes[charge])
             for charge in drawn:
                 for i, line in enumerate(shapes[charge].contour.lines):
                     label = None if i else charge.label

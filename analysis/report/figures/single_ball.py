@@ -94,13 +94,28 @@ def energy_ratios(scheme: str, rows: Sequence[SingleBallRow], of_paper: bool = T
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         upper.plot([0, 1], [0, 1], color="#999", lw=1, zorder=1)
         lower.axhline(0.0, color="#999", lw=1, zorder=1)
-        for policy, (mark, colour) in POLICY_MARKS.items():
-            known = mills.get((scheme, policy), [])
+        order = list(POLICY_MARKS)
+        for variant, known in sorted(
+            (
+                (name, own)
+                for (of, name), own in mills.items()
+                if of == scheme and own[-1].policy in POLICY_MARKS
+            ),
+            key=lambda item: order.index(item[1][-1].policy),
+        ):
+            mark, colour = POLICY_MARKS[known[-1].policy]
             points = [(row.predicted_ratio, row.energies[COMMON_ANGLES].ratio) for row in known]
+            first = known[-1].state == rows[0].state
             _ratio_points(
                 (upper, lower),
                 [point for point in points if point[1]],
-                {"marker": mark, "color": colour, "label": f"policy {policy}", "zorder": 3},
+                {
+                    "marker": mark,
+                    "color": colour,
+                    "label": f"policy {variant}",
+                    "zorder": 3,
+                    "fillstyle": "full" if first else "none",
+                },
             )
         if of_paper:
             _ratio_points(

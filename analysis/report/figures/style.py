@@ -37,6 +37,16 @@ def plain_log_ticks(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
+# Lines of the second and later states of the liner; those of the first are as without states.
+_STATES = ((0, (6, 2)), (0, (6, 2, 1, 2)), (0, (3, 2)), (0, (3, 1, 1, 1, 1, 1)))
+
+
+def dashes_of_states(cases: Iterable[Finished]) -> dict[str, Any]:
+    """Return the line style of each state of the liner but the first of some cases."""
+    states = list(dict.fromkeys(case.state for case in cases))[1:]
+    return {state: _STATES[i % len(_STATES)] for i, state in enumerate(states)}
+
+
 def shade_of_each_S(cases: Iterable[Finished]) -> dict[float, Any]:
     """Return a colour for each S of some cases; the physical mill's is black."""
     known = {case.S: case.is_physical for case in cases}

@@ -28,7 +28,6 @@ from millscale.campaign.parts import build_part
 from millscale.campaign.reader import checked_sections, parse_text, read_text
 from millscale.campaign.units import resolve, speed_forms
 from millscale.errors import CampaignError, Mistakes
-from millscale.liner.given import Given
 
 Built = TypeVar("Built")
 Section = Mapping[str, Any]
@@ -133,7 +132,6 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
         jobs=sections["run"]["jobs"],
         output_budget=1e9 * sections["run"]["output_gb"],
         warnings=(
-            *_of_file(liner),
             *_unused(sections["liner"]),
             *_slow(sections["mill"], mill, sections["ball"]),
             *_light(ball),
@@ -365,10 +363,6 @@ def _foot(path: Path, liner: Section) -> tuple[float | None, float | None]:
             path, "liner.groove_width_m", f"and face_angle_deg {what}", "one of the two"
         )
     return width, None if angle is None else math.radians(angle)
-
-
-def _of_file(liner: Liner) -> tuple[str, ...]:
-    return liner.warnings if isinstance(liner, Given) else ()
 
 
 def _unused(liner: Section) -> tuple[str, ...]:

@@ -201,5 +201,10 @@ class Campaign:
     def in_each_state(self) -> tuple[Campaign, ...]:
         """Return the campaign with the liner of each state; itself if there are none."""
         if not self.states:
-            return (self,)
-        return tuple(replace(self, liner=state.liner, state=state) for state in self.states)
+            return (self.with_liner(self.liner),)
+        return tuple(self.with_liner(state.liner, state) for state in self.states)
+
+    def with_liner(self, liner: Liner, state: LinerState | None = None) -> Campaign:
+        """Return the campaign with a liner, and what there is to say about its file."""
+        notes = liner.warnings if isinstance(liner, Given) else ()
+        return replace(self, liner=liner, state=state, warnings=(*notes, *self.warnings))
