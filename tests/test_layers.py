@@ -25,7 +25,7 @@ PYTHON = (
     ("report",),
     ("cases", "analysis"),
     ("engine", "packing"),
-    ("campaign",),
+    ("campaign", "power_models"),
     ("liner",),
     ("runs",),
     ("mesh", "errors"),

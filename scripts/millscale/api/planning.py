@@ -24,7 +24,7 @@ CampaignSource = str | PathLike[str] | Mapping[str, Mapping[str, Any]]
 # Stands in messages for the file that a dictionary has not.
 DICTIONARY = Path("campaign")
 _WIDEST = 100_000
-_NESTED = ("groups", "model", "warnings")
+_NESTED = ("groups", "model", "power_models", "warnings")
 
 
 class Plan:
@@ -44,6 +44,13 @@ class Plan:
         rows = ({key: x for key, x in row.items() if key not in _NESTED} for row in self.rows)
         units = {"output_bytes": "bytes", "predicted_memory_mb": "MB"}
         return frame(rows, "id", units)
+
+    @property
+    def power_models(self) -> pd.DataFrame:
+        """Power of the physical mill by published models, and the limits it lies outside of."""
+        charged = [row for row in self.rows if row["power_models"]]
+        largest = min(charged, key=lambda row: row["S"])["power_models"] if charged else ()
+        return frame(({**model} for model in largest), "name" if charged else None)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -36,15 +36,20 @@ class ModelPower:
     """Power that a model gives for a mill.
 
     Attributes:
-        power_kw: None if the model has no answer, far outside of its limits.
+        power_w: power [W]; None if the model has no answer, far outside of its limits.
         measured_at: the place in the drive that the power is of.
         outside_of: limits of the model that the mill lies outside of, in words.
     """
 
     name: str
-    power_kw: float | None
+    power_w: float | None
     measured_at: str
     outside_of: tuple[str, ...]
+
+    @property
+    def power_kw(self) -> float | None:
+        """Power [kW]."""
+        return None if self.power_w is None else 1e-3 * self.power_w
 
 
 MODELS = (
@@ -71,8 +76,9 @@ def models_for(mill: Mill | Case) -> list[ModelPower]:
 
 
 def _power_of(model: PowerModel, mill: Mill) -> ModelPower:
+    power: float | None
     try:
-        power = 1e-3 * model.power(mill)
+        power = model.power(mill)
     except ValueError:
         power = None
     return ModelPower(model.name, power, model.measured_at, outside(model.limits, mill))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from msgspec import to_builtins
@@ -12,6 +13,7 @@ from millscale.cases.case import cases_of
 from millscale.cases.cost import memory_mb, wall_time
 from millscale.cases.slips import impact_overlap, slips_of
 from millscale.engine.machine import CoreWish
+from millscale.power_models import models_for
 from millscale.runs.case_file import Case
 from millscale.workflow.placement import place
 
@@ -80,6 +82,7 @@ def _row(case: Case, ranks: int, wall_time_s: float) -> Row:
         "predicted_memory_mb": memory_mb(case, ranks),
         "impact_overlap_over_ball_radius": impact_overlap(case),
         "output_bytes": case.predicted.output_bytes,
+        "power_models": [asdict(row) for row in models_for(case)],
         "warnings": [*case.warnings],
         "model": to_builtins(case.model),
     }

@@ -40,7 +40,7 @@ def render_plan(campaign: Campaign, rows: list[Row], details: bool = False) -> G
     if warned := _warnings(rows):
         shown += ["", warned]
     if details:
-        shown += ["", *_modelled(rows)]
+        shown += [*_power_models(rows), "", *_modelled(rows)]
     else:
         shown += ["", "--details: limits of the step, what is modelled and left out"]
     return Group(*shown)
@@ -199,6 +199,20 @@ def _warnings(rows: list[Row]) -> Table | None:
             concerned = f"{ids[0]} and {len(ids) - 1} more: "
         grid.add_row("[yellow]warning[/yellow]", escape(f"{concerned}{warning}"))
     return grid
+
+
+def _power_models(rows: list[Row]) -> list[RenderableType]:
+    """Return the power of the physical mill by published models; nothing for a single ball."""
+    charged = [row for row in rows if row["power_models"]]
+    if not charged:
+        return []
+    grid = Table.grid(padding=(0, 2, 0, 0))
+    for model in min(charged, key=lambda row: row["S"])["power_models"]:
+        power = "none" if model["power_w"] is None else f"{1e-3 * model['power_w']:.4g} kW"
+        outside = "; ".join(model["outside_of"])
+        at = f"at the {model['measured_at']}" + (f"; outside: {outside}" if outside else "")
+        grid.add_row("", model["name"], power, escape(at))
+    return ["", "power of the physical mill by published models:", grid]
 
 
 def _modelled(rows: list[Row]) -> list[RenderableType]:
