@@ -42,12 +42,18 @@ def test_every_slice_is_of_the_same_physical_mill():
         assert mill.bulk_density == pytest.approx(0.6 * 2678.0)
 
 
-def test_a_filling_is_counted_over_the_circle_of_the_grooves():
-    case = next(case for case in cases("multi-ball-equal-filling.toml") if case.charge.filling)
-    inside = case.mill.area_m2 / (math.pi * case.mill.radius_m**2)
-    expected = case.charge.filling * inside
-    assert mill_of(case).filling == pytest.approx(expected, rel=1e-3)
-    assert mill_of(case).bulk_density == case.ball.density_kg_m3 * (1.0 - case.charge.porosity)
+def test_a_filling_is_counted_over_the_circle_of_the_grooves(tmp_path):
+    text = (ROOT / "campaigns/unseen/regrind-2400-mm.toml").read_text(encoding="utf-8")
+    file = tmp_path / "porous.toml"
+    file.write_text(text.replace("filling = 0.40", "filling = 0.40\nporosity = 0.45"))
+    case = next(case for case in cases_of(load_campaign(file)) if case.charge)
+    mill, radius = mill_of(case), case.physical.radius_m
+    area = case.mill.area_m2 * case.S**2  # inside the liner of the physical mill
+    assert mill.filling == pytest.approx(0.40 * area / (math.pi * radius**2), rel=1e-3)
+    assert mill.bulk_density == pytest.approx(0.55 * case.ball.density_kg_m3)
+    assert mill.fraction_of_critical == pytest.approx(
+        case.physical.omega_rad_s * math.sqrt(radius / case.physical.gravity_m_s2)
+    )
 
 
 def test_a_single_ball_has_no_power():

@@ -50,7 +50,7 @@ class Plan:
         """Power of the physical mill by published models, and the limits it lies outside of."""
         charged = [row for row in self.rows if row["power_models"]]
         largest = min(charged, key=lambda row: row["S"])["power_models"] if charged else ()
-        return frame(({**model} for model in largest), "name" if charged else None)
+        return frame(largest, "name" if charged else None, {"power_w": "W"})
 
     @property
     def warnings(self) -> tuple[str, ...]:
