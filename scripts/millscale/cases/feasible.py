@@ -144,9 +144,14 @@ def _thin(campaign: Campaign, planned: PlannedMill) -> list[str]:
     # A slice given in diameters is rounded.
     if diameters >= THIN_SLICE * (1.0 - 1e-9):
         return []
+    if planned.simulated_length == planned.length:
+        return [
+            f"the mill is {diameters:.3g} ball diameters long, and its ends are periodic: friction "
+            "at end walls, which carry a part of so short a charge, is left out"
+        ]
     return [
-        f"{diameters:.3g} ball diameters along the axis: energy and surface are off by 3 % at 2, "
-        f"by half a percent at {THIN_SLICE:g}"
+        f"a slice of {diameters:.3g} ball diameters: energy and surface are off by 3 % at 2, by "
+        f"half a percent at {THIN_SLICE:g}"
     ]
 
 

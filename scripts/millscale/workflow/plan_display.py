@@ -52,7 +52,10 @@ def _mill(campaign: Campaign, rows: list[Row]) -> Table:
     size = f"D {2.0 * mill.radius_m:.4g} m, L {mill.length_m:.4g} m inside the liner"
     if mill.lifters:
         height = 1e3 * (mill.radius_m - mill.lifter_top_radius_m)
-        size += f"; {mill.lifters} lifters {height:.3g} mm high"
+        parts = (
+            "lifters" if isinstance(physical_liner(campaign), _core.Lifters) else "pitches up to"
+        )
+        size += f"; {mill.lifters} {parts} {height:.3g} mm high"
     standing = _core.OperatingPoint(mill.radius_m, mill.ball_radius_m, mill.gravity_m_s2, 0.0)
     speed = (
         f"{mill.omega_rad_s * 30.0 / math.pi:.4g} rpm, "
