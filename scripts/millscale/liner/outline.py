@@ -13,6 +13,8 @@ from millscale.errors import CampaignError
 
 # Arc radius over the outline's size beyond which an arc is a line: its centre is lost to rounding.
 STRAIGHT = 1e4
+# Least sagitta of a chord over the radius of its arc.
+FINEST = 1e-7
 # Of the outline's size: points nearer to each other are one point.
 SAME_POINT = 1e-9
 
@@ -148,7 +150,8 @@ def flattened(outline: Outline, error: float) -> tuple[np.ndarray, np.ndarray]:
         if bulge == 0.0:
             continue
         angle = 4.0 * math.atan(abs(bulge))
-        step = 2.0 * math.acos(max(0.0, 1.0 - error / float(radii[i])))
+        sagitta = max(error / float(radii[i]), FINEST)
+        step = 2.0 * math.acos(max(0.0, 1.0 - sagitta))
         count = max(2, math.ceil(angle / step))
         inner = arc_points(begin, end, bulge, np.arange(1, count) / count)
         points += list(inner)
