@@ -208,6 +208,17 @@ def test_seeds_of_a_mill_are_one_row_and_details_show_each(tmp_path):
     assert "dt/T_R" in whole and "dt/T_R" not in short
 
 
+def test_warnings_that_differ_in_numbers_alone_are_shown_once():
+    campaign = load_campaign(CAMPAIGNS / "slices.toml")
+    rows = plan_rows(campaign)
+    texts = {text for row in rows for text in row["warnings"] if "damping limit" in text}
+    assert len(texts) == 3
+    lines = [line for line in shown(campaign).splitlines() if "damping limit" in line]
+    (line,) = lines
+    # The first is that of the largest mill, where the step is longest over its limit.
+    assert line.startswith("warning mb-cg-paper-S1.000-seed1 and 6 more: step 0.0002 s is 1.36 ")
+
+
 def test_rendered_plan_shows_every_case_its_warnings_and_omitted_terms(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "step_s": 2e-4}
     campaign = load_campaign(write_campaign(tmp_path, multi_ball=charge))

@@ -24,6 +24,7 @@ from millscale.workflow.plan import Row
 # A longer table is not readable in a terminal.
 MOST_ROWS = 200
 Columns = Sequence[tuple[str, Callable[[Row], str]]]
+_NUMBER = re.compile(r"\d[\d.,e+-]*")
 _SEED = re.compile(r"-seed\d+$")
 
 
@@ -189,18 +190,22 @@ def _memory_mb(rows: list[Row], cores: int) -> float:
 
 
 def _warnings(rows: list[Row]) -> Table | None:
-    warned: dict[str, list[str]] = {}
+    """Return each warning once; those that differ in their numbers alone by the first of them."""
+    alike: dict[str, dict[str, list[str]]] = {}
     for row in rows:
         for text in row["warnings"]:
-            warned.setdefault(text, []).append(row["id"])
-    if not warned:
+            wording = _NUMBER.sub("", text)
+            alike.setdefault(wording, {}).setdefault(text, []).append(row["id"])
+    if not alike:
         return None
     grid = Table.grid(padding=(0, 1, 0, 0))
-    for warning, ids in warned.items():
-        concerned = "" if len(ids) == len(rows) else f"{ids[0]}: "
-        if 1 < len(ids) < len(rows):
-            concerned = f"{ids[0]} and {len(ids) - 1} more: "
-        grid.add_row("[yellow]warning[/yellow]", escape(f"{concerned}{warning}"))
+    for warned in alike.values():
+        text, first = next(iter(warned.items()))
+        concerned = sum(map(len, warned.values()))
+        who = "" if len(first) == len(rows) else f"{first[0]}: "
+        if concerned > 1 and who:
+            who = f"{first[0]} and {concerned - 1} more: "
+        grid.add_row("[yellow]warning[/yellow]", escape(f"{who}{text}"))
     return grid
 
 
