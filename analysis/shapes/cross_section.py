@@ -22,10 +22,11 @@ def liner_outline(case: Case, mill_angle: float) -> np.ndarray:
 
 def groove_box(case: Case) -> np.ndarray | None:
     """Return the closed outline of the monitoring box, which contains groove 0 at rest; (5, 2)
-    float [x, z] in m. None for a plain drum, and for a liner that repeats nothing."""
-    if case.mill.lifters < 2:
+    float [x, z] in m. None for a plain drum, and for a liner without a groove."""
+    liner = liner_of(case.mill)
+    if not liner.has_groove:
         return None
-    corners = np.asarray(liner_of(case.mill).groove_box())
+    corners = np.asarray(liner.groove_box())
     return np.vstack([corners, corners[:1]])
 
 

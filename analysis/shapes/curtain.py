@@ -30,11 +30,14 @@ class Lifters:
         count: of the lifters, over 0.
         phase: of groove 0 from the bottom at rest [rad]; lifter k trails groove k.
         first: angle from the vertical past which a rising lifter's curtain counts [rad].
+        angles: (count,) floats, polar angles of the lifters' middles at rest, of lifters that are
+            not at equal distances [rad].
     """
 
     count: int
     phase: float
     first: float
+    angles: tuple[float, ...] = ()
 
     @property
     def pitch(self) -> float:
@@ -43,15 +46,25 @@ class Lifters:
 
     def angle_from_vertical(self, lifter, mill_angle):
         """Return the angle of the middle of a lifter [rad], in [-pi, pi); scalars or arrays."""
-        turned = (lifter - 0.5) * self.pitch + self.phase + mill_angle
-        return np.mod(-turned, 2.0 * np.pi) - np.pi
+        if self.angles:
+            at_rest = np.asarray(self.angles)[np.asarray(lifter).astype(int) % self.count]
+        else:
+            at_rest = (lifter - 0.5) * self.pitch + self.phase
+        return np.mod(-(at_rest + mill_angle), 2.0 * np.pi) - np.pi
 
     def number(self, lifter: int, mill_angle: float) -> int:
         """Return the number of a lifter's curtain, 1 to count: 1 belongs to the last lifter that
         has risen past the angle `first`, 2 to the one before it, and so on in the sense of
         rotation. The same for all mills of the same lifters, mill angle and `first`."""
-        past = self.first - self.angle_from_vertical(lifter, mill_angle)
-        return int(np.floor(np.mod(past, 2.0 * np.pi) / self.pitch)) + 1
+        past = self._past_first(lifter, mill_angle)
+        if self.angles:
+            every = self._past_first(np.arange(self.count), mill_angle)
+            return int((every < past).sum()) + 1
+        return int(np.floor(past / self.pitch)) + 1
+
+    def _past_first(self, lifter, mill_angle: float):
+        """Return the angle by which a lifter is past `first` [rad], in [0, 2 pi)."""
+        return np.mod(self.first - self.angle_from_vertical(lifter, mill_angle), 2.0 * np.pi)
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from millscale.analysis.shapes.surface_ends import SurfaceEnds, surface_ends
 from millscale.analysis.shapes.throw_angle import throw_angle
 from millscale.runs.case_file import Case, Mill, PhysicalMill
 from millscale.runs.dumps import Dump
+from millscale.runs.liner import liner_of
 from millscale.runs.untrusted import RunFolderError
 
 ANGLE_STEP = 0.5  # between the mill angles at which shapes are compared [rad]
@@ -197,4 +198,7 @@ def _lifters(case: Case) -> Lifters:
     mill, physical = case.mill, case.physical
     froude = physical.omega_rad_s**2 * physical.radius_m / physical.gravity_m_s2
     first = _core.detach_angle(froude) if froude < 1.0 else 0.0
-    return Lifters(mill.lifters, mill.phase_rad, first)
+    if mill.profile is None:
+        return Lifters(mill.lifters, mill.phase_rad, first)
+    angles = tuple(liner_of(mill).lifter_angles.tolist())
+    return Lifters(len(angles), mill.phase_rad, first, angles)

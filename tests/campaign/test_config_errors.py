@@ -337,7 +337,7 @@ WRONG = {
         "3, or no such key",
     ),
     "too many panels": (
-        {"wall": {"chord_error_m": 1e-6, "axial_divisions": 1000}},
+        {"wall": {"kind": "mesh", "chord_error_m": 1e-6, "axial_divisions": 1000}},
         "wall.axial_divisions",
         "triangles at S = 1",
         "fewer axial_divisions",

@@ -143,3 +143,10 @@ def test_the_first_contact_below_is_where_a_disc_let_down_stops(phase_deg, S):
 def test_nothing_below_is_an_error():
     with pytest.raises(ValueError, match="no part of the polygon"):
         first_contact_below(np.array([[-1.0, 1.0], [1.0, 1.0], [0.0, 2.0]]), 0.02)
+
+
+def test_a_drawing_of_too_many_panels_is_coarser_and_stops_nothing(tmp_path):
+    fine = {"wall": {"chord_error_m": 1e-6, "axial_divisions": 1000}}
+    wall = cases(tmp_path, **fine)[0].wall
+    assert 1_000_000 < wall.triangles <= 2_000_000
+    assert wall.chord_error_m == 1e-6 and 1 < wall.axial_divisions < 1000

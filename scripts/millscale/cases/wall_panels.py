@@ -25,10 +25,10 @@ def wall_part(campaign: Campaign, planned: PlannedMill) -> Wall:
     """Return the part `wall` of a case.json.
 
     Of an analytic wall the triangles are for looking only: the engine sees none, so none is too
-    slender, and there is no `curvature_deg`.
+    slender, there is no `curvature_deg`, and there are as many as a picture bears.
 
     Raises:
-        CampaignError: too many panels, or panels that are too slender for the engine.
+        CampaignError: too many panels for a mesh wall, or panels too slender for the engine.
     """
     wall, shape = campaign.wall, shape_of(planned.liner)
     error, length = chord_error(campaign, planned), planned.simulated_length
@@ -38,7 +38,11 @@ def wall_part(campaign: Campaign, planned: PlannedMill) -> Wall:
         limits = panel_range_deg(*panels, length / divisions)
         curvature = between_deg(*limits)
     else:
-        divisions, curvature = wall.axial_divisions or 1, None
+        curvature = None
+        while 2 * len(panels[0]) > MOST_TRIANGLES:
+            error *= 4.0
+            panels = _panels(shape, error)
+        divisions = min(wall.axial_divisions or 1, MOST_TRIANGLES // (2 * len(panels[0])))
     triangles = 2 * len(panels[0]) * divisions
     if triangles > MOST_TRIANGLES:
         raise CampaignError(

@@ -117,3 +117,25 @@ def test_width_is_that_of_the_balls_about_their_path(spread):
     _, width = band_profile(balls)
     # Standard deviation of a uniform spread; its own error is 1 / sqrt(2 n) = 1 %.
     assert_allclose(width, spread / np.sqrt(3.0), rtol=0.04)
+
+
+def test_lifters_with_given_angles_are_numbered_as_equal_ones():
+    equal = MILL
+    angles = tuple((np.arange(25) - 0.5) * equal.pitch + equal.phase)
+    given = Lifters(25, equal.phase, equal.first, angles)
+    for mill_angle in (0.0, 1.3, 40.0):
+        for lifter in range(25):
+            assert given.number(lifter, mill_angle) == equal.number(lifter, mill_angle)
+            np.testing.assert_allclose(
+                given.angle_from_vertical(lifter, mill_angle),
+                equal.angle_from_vertical(lifter, mill_angle),
+                atol=1e-12,
+            )
+
+
+def test_unequal_lifters_are_numbered_in_their_order():
+    mill = Lifters(3, 0.0, 1.0, (0.0, 0.3, 3.0))
+    numbers = [mill.number(lifter, 0.5) for lifter in range(3)]
+    angles = [mill.angle_from_vertical(lifter, 0.5) for lifter in range(3)]
+    past = np.mod(1.0 - np.array(angles), 2.0 * np.pi)
+    assert numbers == (np.argsort(np.argsort(past)) + 1).tolist()
