@@ -119,7 +119,7 @@ def attempt(
     Args:
         folder: the only one in which it may write.
         shown: the input, for the note of a fault.
-        refusals: errors whose text is the one line for the user.
+        refusals: errors whose text is a line for the user, for each mistake.
     """
     outside: list[str] = []
     tally.inputs_tried += 1
@@ -130,9 +130,13 @@ def attempt(
         tally.accepted += 1
     except refusals as error:
         tally.refused += 1
-        # An OSError is shown to the user as file and system message.
-        if "\n" in str(error).strip() or not str(error).strip():
-            tally.tracebacks.append(f"not one line: {str(error)!r:.300} of {shown!r:.500}")
+        # An OSError is shown to the user as file and system message; a campaign has a line for each
+        # of its mistakes.
+        lines = len(getattr(error, "mistakes", (error,)))
+        if str(error).strip().count("\n") != lines - 1 or not str(error).strip():
+            tally.tracebacks.append(
+                f"not a line for each mistake: {str(error)!r:.300} of {shown!r:.500}"
+            )
     except WrongNumberError as error:
         tally.wrong_numbers.append(f"{error} of {shown!r:.2000}")
     except Hang:

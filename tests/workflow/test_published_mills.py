@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from millscale.campaign.build import load_campaign
+from millscale.campaign.parts import settling_time
 from millscale.campaign.reader import campaign_tree
 from millscale.campaign.writer import toml_text
 from millscale.workflow.plan import plan_rows
@@ -15,8 +16,9 @@ from paper_campaign import CAMPAIGNS
 MILLS = sorted((CAMPAIGNS / "mills").glob("*.toml"))
 # Mills shorter than four balls are warned of: their end walls are left out.
 SHORT = {"two-dimensional-550-mm", "venugopal-900-mm"}
-# Mill rotation of the short runs [rad]: less than a lifter pitch, more than ten rows.
-ROTATION_RAD = 0.3
+# The short runs: mill rotation [rad], slice in ball diameters, and settling over the default.
+# Half of that is enough for a bed (docs/guide/plan.md, "Settling").
+ROTATION_RAD, SLICE_DIAMETERS, SETTLING = 0.2, 2.0, 0.5
 
 
 def test_ten_mills_from_the_laboratory_to_the_largest():
@@ -48,9 +50,12 @@ def test_bonds_mill_has_the_charge_of_the_standard():
 @pytest.mark.validate
 @pytest.mark.parametrize("path", MILLS, ids=lambda path: path.stem)
 def test_a_short_slice_of_a_published_mill_runs_to_its_report(path, tmp_path):
-    tree = campaign_tree(path)
+    tree, charge = campaign_tree(path), (mill := load_campaign(path)).parts[0].charge
     tree["multi_ball"].pop("revolutions")
     tree["multi_ball"]["rotation_angle_rad"] = ROTATION_RAD
+    tree["multi_ball"]["settle_s"] = SETTLING * settling_time(mill.mill)
+    if charge.slice_length:
+        tree["multi_ball"]["slice_diameters"] = SLICE_DIAMETERS
     file, runs = tmp_path / path.name, tmp_path / "runs"
     file.write_text(toml_text(tree), encoding="utf-8")
     for command in (("run", file, "--runs", runs), ("verify", runs), ("report", runs)):
