@@ -9,12 +9,11 @@ import pytest
 
 import millscale as ms
 import small_campaign
-from liner_files import write_csv
+from liner_files import families, write_csv
 from millscale.api import running
 from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
 from millscale.errors import CampaignError, EngineError
-from millscale.liner.lifter_rows import wave_outline
 
 BALL = "sb-cg-paper-S2.000"
 
@@ -107,9 +106,9 @@ def test_no_kernel_is_no_notebook(monkeypatch):
 
 def test_a_drawing_of_a_dictionary_is_found_from_any_folder(tmp_path, monkeypatch):
     """Its path is from the folder of the call, as that of a file is from the file's folder."""
-    mine, outline = content(), wave_outline(tmp_path, 1.0, 0.06, 12)
-    write_csv(tmp_path / "wave.csv", outline)
-    mine["liner"] = {"profile": "wave.csv"}
+    mine = content()
+    write_csv(tmp_path / "hi-lo.csv", families()["hi-lo"], error=1e-3)
+    mine["liner"] = {"profile": "hi-lo.csv"}
     monkeypatch.chdir(tmp_path)
     with running._campaign_file(mine) as file:
         asked = load_campaign(file)

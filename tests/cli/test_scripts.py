@@ -11,7 +11,8 @@ import pytest
 
 REPOSITORY = Path(__file__).parents[2]
 SCRIPTS = [
-    REPOSITORY / name for name in ("scripts/setup", "scripts/test", "scripts/demo", ".ci/run")
+    REPOSITORY / name
+    for name in ("scripts/setup", "scripts/test", "scripts/demo", "scripts/notebook", ".ci/run")
 ]
 
 

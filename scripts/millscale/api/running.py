@@ -30,6 +30,7 @@ from millscale.workflow.status import campaign_status
 # Keys of a liner that name a file.
 DRAWINGS = ("profile", "stl")
 _WIDTH = 140
+_PLAIN: Any = {"force_jupyter": False, "force_terminal": False}
 _REFRESH_S = 1.0
 
 
@@ -134,10 +135,12 @@ def _with_whole_paths(content: Any) -> Any:
 @contextmanager
 def _output(quiet: bool) -> Iterator[Console]:
     if not quiet:
-        yield Console() if sys.stdout.isatty() else Console(width=_WIDTH, force_jupyter=False)
+        # The output of a kernel states that it is a terminal.
+        plain = is_notebook() or not sys.stdout.isatty()
+        yield Console(width=_WIDTH, **_PLAIN) if plain else Console()
         return
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
-        yield Console(file=nowhere, width=_WIDTH, force_jupyter=False)
+        yield Console(file=nowhere, width=_WIDTH, **_PLAIN)
 
 
 @contextmanager
