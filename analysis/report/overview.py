@@ -23,6 +23,7 @@ from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import Campaign
 from millscale.analysis.means import deviation, mean_known
 from millscale.formats import NONE, counted, number
+from millscale.power_models import ModelPower, models_for
 from millscale.runs.case_file import Case
 
 LEVEL = 0.95
@@ -162,6 +163,7 @@ class Overview:
         answers: of the physical mill.
         source: which runs the answers are from.
         rows: the physical mill by each scaled mill.
+        models: its power by published models.
     """
 
     facts: list[tuple[str, str]]
@@ -169,6 +171,7 @@ class Overview:
     source: str
     trust: list[Trust]
     rows: list[PhysicalRow]
+    models: list[ModelPower]
 
 
 def overview(campaign: Campaign, predicted: Sequence[Predicted] = ()) -> Overview:
@@ -180,7 +183,7 @@ def overview(campaign: Campaign, predicted: Sequence[Predicted] = ()) -> Overvie
     rows = physical_rows(campaign.comparison)
     first = campaign.cases[0].case
     if not rows:
-        return Overview(_facts(first, None), [], "", [], [])
+        return Overview(_facts(first, None), [], "", [], [], [])
     best = nearest(rows)
     return Overview(
         facts=_facts(best.mill.first.case, best),
@@ -188,6 +191,7 @@ def overview(campaign: Campaign, predicted: Sequence[Predicted] = ()) -> Overvie
         source=_source(best, bool(predicted)),
         trust=_trust(campaign, best),
         rows=rows,
+        models=models_for(best.mill.first.case),
     )
 
 

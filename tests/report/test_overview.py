@@ -8,8 +8,9 @@ import pytest
 
 from millscale.analysis.charge.comparison import compare_charges
 from millscale.analysis.finished_campaign import load_campaign
+from millscale.power_models import MODELS, models_for
 from millscale.report import overview as first_screen
-from millscale.report.overview import BAD, GOOD, LOOK, Predicted, overview, physical_rows
+from millscale.report.overview import BAD, GOOD, LOOK, Predicted, nearest, overview, physical_rows
 from synthetic_result import with_case, with_result
 
 
@@ -43,6 +44,12 @@ def test_power_of_the_physical_mill_is_its_scale_times_the_dimensionless_power(c
         assert per_tonne.value == pytest.approx(expected / (balls * case.ball.mass_kg))
         torque = estimate_of(row, "torque")
         assert torque.value * mill.omega_rad_s == pytest.approx(found.value)
+
+
+def test_published_models_stand_beside_the_answer(campaign):
+    screen = overview(campaign)
+    assert screen.models == models_for(nearest(screen.rows).mill.first.case)
+    assert [model.name for model in screen.models] == [model.name for model in MODELS]
 
 
 def with_power(charge, seed, power):

@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -140,6 +141,12 @@ def test_the_page_of_another_mill_has_its_power_in_its_own_units(of_another_mill
         scale = balls * case.ball.mass_kg * mill.gravity_m_s2 * mill.radius_m * mill.omega_rad_s
         power = 1e-3 * scale * charge.result.dimensionless["power"]
         assert f"power{first_screen.Estimate(power).text} kW" in page.text.replace("\n", "")
+
+
+def test_the_page_has_the_power_by_published_models(page):
+    text = page.text.replace("\n", "")
+    assert "Its power by published models" in text
+    assert re.search(r"Hogg-Fuerstenau\d+\.\dcharge", text)
 
 
 def test_failed_checks_come_first_with_what_to_do(page):

@@ -69,7 +69,7 @@ def models_for(mill: Mill | Case) -> list[ModelPower]:
     A single ball has no power: its list is empty.
     """
     if isinstance(mill, Case):
-        if mill.charge is None:
+        if mill.kind == "single-ball":
             return []
         mill = mill_of(mill)
     return [_power_of(model, mill) for model in MODELS]
@@ -90,11 +90,11 @@ def mill_of(case: Case) -> Mill:
     D is twice the radius at the grooves. J is over pi R^2 L, so that M is the mass of the balls:
     it is less than a filling over the volume inside the liner, which lifters reduce.
     """
-    assert case.charge is not None
     physical, S = case.physical, case.S
     whole = physical.length_m / (S * case.mill.simulated_length_m)
     mass = case.ball.count * case.ball.mass_kg * whole * S**3
-    porosity = USUAL_POROSITY if case.charge.porosity is None else case.charge.porosity
+    given = case.charge.porosity if case.charge else None
+    porosity = USUAL_POROSITY if given is None else given
     bulk_density = case.ball.density_kg_m3 * (1.0 - porosity)
     cross_section = math.pi * physical.radius_m**2
     return Mill(
