@@ -62,6 +62,13 @@ inline std::optional<FacingFaces> facing_faces(const Profile& profile)
   return FacingFaces{line(leading), line(trailing)};
 }
 
+/// Return whether a piece is an edge with a radius: an arc around the wall that turns as far as a
+/// corner.
+inline bool is_rounded_edge(const Piece& piece)
+{
+  return piece.arc_radius < 0.0 && 2.0 * piece.half_angle >= smallest_corner;
+}
+
 }  // namespace detail
 
 /// Narrowest width of the liner [m]. Measured between the corners of a groove's foot, the edges of
@@ -85,9 +92,10 @@ inline double narrowest_width(const Profile& profile)
       if (after_corner) width = std::min(width, length(begin - corner));
       corner = begin;
       after_corner = in_groove = true;
-    } else if (piece.turn <= -detail::smallest_corner) {
+    } else if (piece.turn <= -detail::smallest_corner || detail::is_rounded_edge(piece)) {
       if (after_edge && in_groove) width = std::min(width, length(begin - edge));
-      edge = begin;
+      const Local end = i < pieces.size() ? piece.end : turned(piece.end, profile.pitch());
+      edge = detail::is_rounded_edge(piece) ? end : begin;
       after_edge = true;
       after_corner = in_groove = false;
     }

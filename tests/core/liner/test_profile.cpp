@@ -532,6 +532,18 @@ TEST(Profile, TurnsTooNarrowForTheBallAreCorners)
     EXPECT_EQ(with_corners_for(profile, 0.02).surfaces_per_sector(), profile.surfaces_per_sector());
 }
 
+TEST(Profile, WidthsAreMeasuredAcrossGroovesNotAcrossLiftersWithRoundedEdges)
+{
+  const int sectors = 8;
+  const LifterShape narrow{pi / sectors, 0.06, 0.05, 0.2, 0.3};
+  LifterShape round = narrow;
+  round.edge_radius = 0.01;
+  const double sharp = narrowest_width(with_lifters({narrow}, 1.0, sectors));
+  const double rounded = narrowest_width(with_lifters({round}, 1.0, sectors));
+  EXPECT_GT(sharp, 0.6);
+  EXPECT_NEAR(rounded, sharp, 0.02);  // edges of radius 0.01 on both sides of the mouth
+}
+
 TEST(Profile, GroovesAreCountedFromLifterToLifter)
 {
   for (const Lifters& liner : various_liners())
