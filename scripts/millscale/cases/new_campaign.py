@@ -174,7 +174,7 @@ def campaign_text(mill: NewMill, youngs_modulus_pa: float) -> str:
             _line(f"filling_percent = {mill.filling_percent:g}", "bed with its voids"),
             *([_line(f"slice_diameters = {SLICE_DIAMETERS:g}", "simulated length, in balls")]
               if longest > SLICE_DIAMETERS else []),
-            _line("revolutions = 2", "steady after about one"),
+            _line("revolutions = 4", "steady after about one; fewer leave too much chance"),
             "",
         ]
     )  # fmt: skip

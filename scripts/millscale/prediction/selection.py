@@ -95,7 +95,11 @@ def chosen_scaling(
         raise PredictionError(
             f"no finished and steady charge of a scaled mill{f' of {asked}' if asked else ''}"
             f"{_unused(excluded or {})}; accepted: two values of S or more; "
-            "next: millscale status DIR"
+            + (
+                "next: run smaller S or longer rotations, as the reasons state"
+                if excluded
+                else "next: millscale status DIR"
+            )
         )
     listed = ", ".join(" with ".join(pair) for pair in found)
     raise PredictionError(
