@@ -38,7 +38,7 @@ def add_contents(app: Sphinx, name: str, source: list[str]) -> None:
     links = [link.removesuffix(".md") for link in LINK.findall(source[0])]
     below = [link for link in dict.fromkeys(links) if not link.startswith("..")]
     if name == root_doc:
-        last = links[links.index("docs/guide/README") :]  # its list "Where to go next"
+        last = links[links.index("docs/tutorial") :]  # its list "Where to go next"
         below = [link for link in dict.fromkeys(last) if not link.startswith("..")]
     source[0] += "\n```{toctree}\n:hidden:\n\n" + "\n".join(below) + "\n```\n"
 
