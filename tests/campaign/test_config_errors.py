@@ -1,6 +1,7 @@
 """Wrong campaign files: one line with the cause and what is accepted, and nothing is written."""
 
 import math
+import time
 from dataclasses import asdict
 
 import pytest
@@ -591,6 +592,18 @@ def test_mistakes_of_sections_that_depend_on_none_are_all_found(tmp_path):
         "wall.kind",
     }
     assert all(mistake.line for mistake in caught.value.mistakes)
+
+
+def test_a_file_of_other_keys_is_refused_quickly(tmp_path):
+    path = tmp_path / "others.toml"
+    path.write_text("[mill]\n" + "".join(f"key{i} = {i}\n" for i in range(20_000)))
+    begin = time.process_time()
+    with pytest.raises(CampaignError) as caught:
+        load_campaign(path)
+    assert time.process_time() - begin < 10.0
+    found = [mistake.cause for mistake in caught.value.mistakes if mistake.key.startswith("mill")]
+    assert len(found) < 30
+    assert "19,980 more unknown keys" in found
 
 
 def test_a_late_mistake_has_the_line_of_its_key_as_it_is_spelled(tmp_path):

@@ -110,7 +110,7 @@ ERRORS = {
     ),
     "a value out of range in another unit": (
         ("step_s = 5e-5", "step_us = -1"),
-        'setting "reference": multi_ball.step_us: time step of the physical mill [s], or from the '
+        'setting "reference": multi_ball.step_us: time step of the physical mill, or from the '
         'limits of the contact law: got -1; accepted: a number > 0 or "advised"',
     ),
     "a value out of range": (

@@ -29,6 +29,8 @@ from millscale.runs.untrusted import RunFolderError, read_bytes
 # A campaign is a page of text; more than this is some other file.
 LARGEST_FILE_BYTES = 1 << 20
 LONGEST_LIST = 10_000
+# Unknown keys of a section that are looked at one by one: more are no slips.
+MOST_UNKNOWN = 20
 SHOWN_CHARACTERS = 60
 _SAVE_AS = "UTF-8: save the file anew with the encoding UTF-8 (in PowerShell: -Encoding utf8)"
 # What word processors, web pages and input methods put in place of the characters of a keyboard
@@ -59,9 +61,12 @@ def checked_sections(path: Path, tree: Section, mistakes: Mistakes) -> dict[str,
         tree: its content, of `parse_toml`.
         mistakes: takes unknown sections and keys, wrong types and values out of range.
     """
-    for name, content in tree.items():
-        with mistakes.collected():
-            _check_section(path, name, content)
+    for name in _few(path, "", [name for name in tree if not _is_section(name)], mistakes):
+        mistakes.found.append(unknown_word(path, name, "", {**SECTIONS, **tables_of("")}))
+    for name in SECTIONS:
+        if not isinstance(tree.get(name, {}), Mapping):
+            cause, accepted = f"got {_shown(tree[name])}", f"a section, written [{name}]"
+            mistakes.found.append(CampaignError(path, name, cause, accepted))
     for name in REQUIRED_SECTIONS:
         if name not in tree:
             cause = f"the section [{name}] is missing"
@@ -78,14 +83,17 @@ def checked_sections(path: Path, tree: Section, mistakes: Mistakes) -> dict[str,
     return read
 
 
-def _check_section(path: Path, name: str, content: Any) -> None:
-    tables = tables_of("")
-    if name in tables:
-        return
-    if name not in SECTIONS:
-        raise unknown_word(path, name, "", {**SECTIONS, **tables})
-    if not isinstance(content, Mapping):
-        raise CampaignError(path, name, f"got {_shown(content)}", f"a section, written [{name}]")
+def _is_section(name: str) -> bool:
+    return name in SECTIONS or name in tables_of("")
+
+
+def _few(path: Path, section: str, unknown: list[str], mistakes: Mistakes) -> list[str]:
+    """Return the first unknown words; of more a mistake tells the number alone."""
+    if len(unknown) > MOST_UNKNOWN:
+        cause = f"{len(unknown) - MOST_UNKNOWN:,} more unknown keys"
+        accepted = "the keys of docs/reference/campaign-file.md"
+        mistakes.found.append(CampaignError(path, section, cause, accepted))
+    return unknown[:MOST_UNKNOWN]
 
 
 def tables_of(section: str) -> dict[str, Table]:
@@ -118,9 +126,9 @@ def read_section(
     plain = {word: value for word, value in content.items() if word not in tables}
     respelled = _respelled(path, section, plain, known, mistakes)
     values: dict[str, Any] = {}
-    for word in plain:
-        if word not in known and spelling_of(word, known) is None:
-            mistakes.found.append(unknown_word(path, word, section, {**known, **tables}))
+    unknown = [word for word in plain if word not in known and not spelling_of(word, known)]
+    for word in _few(path, section, unknown, mistakes):
+        mistakes.found.append(unknown_word(path, word, section, {**known, **tables}))
     for name, key in known.items():
         where = f"{section}.{name}"
         with mistakes.collected():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from millscale.campaign.keys import Key
 from millscale.campaign.units import AGREEMENT, UNITS, split_unit
 
+_UNIT_IN_WORDS = re.compile(r" \[[^\]]+\]")
 _SHARE = UNITS["_percent"].dimension
 
 
@@ -56,7 +58,10 @@ def spelling_of(word: str, known: Mapping[str, Key]) -> Spelling | None:
             None if bound is None else bound * denominator / numerator
             for bound in (key.above, key.least, key.most)
         ]
-        own_unit = replace(key, above=scaled[0], least=scaled[1], most=scaled[2])
+        # The unit of the meaning is that of the declared key.
+        meaning = _UNIT_IN_WORDS.sub("", key.meaning)
+        meaning = meaning if quantity == own else f"twice {meaning}"
+        own_unit = replace(key, meaning=meaning, above=scaled[0], least=scaled[1], most=scaled[2])
         return Spelling(name, own_unit, numerator, denominator)
     return None
 
