@@ -66,7 +66,8 @@ def test_every_key_of_a_shipped_campaign_is_found_on_its_line(path):
         for key in content if isinstance(content, dict) else ():
             where = f"{section}.{key}"
             if where in found:
-                assert lines[found[where] - 1].startswith((key, f"{section}.{key}"))
+                begin = (key, f"{section}.{key}", f"[[{section}.{key}]]")
+                assert lines[found[where] - 1].startswith(begin)
             else:
                 # A dotted key of a study file.
                 assert any(name.startswith(where) for name in found)
