@@ -97,6 +97,26 @@ inline void find(const Task& task, int entry, int count, Found& found)
     find(task, entry, task.pairs.entries - entry, found);
 }
 
+/// Raise the largest overlap, radii less distance of the centres [m], rounded as by a search among
+/// all balls (core/measure/overlap_search.h).
+[[gnu::flatten, gnu::noinline]] void raise_overlap(Found& found, double& largest)
+{
+  if (found.count == 0) return;
+  found.fill_up((found.count + width - 1) / width * width);
+  Doubles most(largest);
+  for (int k = 0; k < found.count; k += width) {
+    const auto square = [&](const double* column) {
+      const auto part = from_doubles<Doubles>(column + k);
+      return Doubles(part * part);  // rounded before it is added
+    };
+    const Doubles distance = sqrt(square(found.x) + square(found.y) + square(found.z));
+    const Doubles overlap = Doubles(0.0) - from_doubles<Doubles>(found.minus_radii + k) - distance;
+    most = choose(overlap > most, overlap, most);
+  }
+  for (int lane = 0; lane < width; ++lane)
+    if (most.values[lane] > largest) largest = most.values[lane];
+}
+
 /// Find all contacts of the list. evaluate(found, first, count) evaluates `count` of them, at most
 /// `lanes`; prefetch(found, first) prefetches as many.
 template <int lanes, class Prefetch, class Evaluate>
@@ -105,6 +125,7 @@ inline void for_each_pack(const Task& task, const Prefetch& prefetch, const Eval
   Found found;
   for (int begin = 0; begin < task.pairs.entries; begin += Found::part) {
     find_part(task, begin, found);
+    if (task.largest_overlap) raise_overlap(found, *task.largest_overlap);
     int k = 0;
     for (; k + 2 * lanes <= found.count; k += lanes) {
       prefetch(found, k + lanes);

@@ -59,6 +59,7 @@ struct Task {
   contact::ContactTerms terms;
   Step step;
   Sums sums;
+  double* largest_overlap = nullptr;  ///< raised to the largest overlap [m] if not null
 };
 
 using Evaluate = void (*)(const Task&);

@@ -1,5 +1,7 @@
 // Evaluates one contact at a time, for machines without AVX2. kernel_packs.cpp is the same
 // algorithm.
+#include <cmath>
+
 #include "core/contact/damping_limit.h"
 #include "core/energy/contact_sums.h"
 #include "core/kernels/levels.h"
@@ -80,6 +82,14 @@ void evaluate_contact(const Task& task, int entry, double* displacement, BudgetO
   add(task.sums.torque[j], 1.0, result.torque_j);
 }
 
+/// Raise the largest overlap, radii less distance of the centres [m].
+void raise_overlap(const Task& task, double radii, const Vector3<double>& separation)
+{
+  if (!task.largest_overlap) return;
+  const double overlap = radii - std::sqrt(dot(separation, separation));
+  if (overlap > *task.largest_overlap) *task.largest_overlap = overlap;
+}
+
 /// Set each ball's share in the damping divisors and clear its sum of coefficients.
 void begin_damping(const Task& task)
 {
@@ -106,6 +116,7 @@ void evaluate_all(const Task& task, BudgetOrNone budget)
     if (dot(separation, separation) < radii * radii) {
       if (!touching) displacement[0] = displacement[1] = displacement[2] = 0.0;
       touching = 1;
+      raise_overlap(task, radii, separation);
       evaluate_contact(task, entry, displacement, budget);
       continue;
     }

@@ -13,10 +13,12 @@ namespace millscale::charge {
 
 struct Sphere {
   double x, y, z, radius;
+  bool ghost = false;  ///< of another sphere, perhaps on another rank
 };
 
 /// Finds the largest overlap of two spheres with cells as wide as the largest sphere, without a
-/// neighbour list. Storage is reused from search to search.
+/// neighbour list. Storage is reused from search to search. Pairs of two ghosts are left out: they
+/// are the images of other pairs.
 class OverlapSearch {
  public:
   void clear() { spheres_.clear(); }
@@ -114,7 +116,10 @@ class OverlapSearch {
       const double dx = s.x - t.x, dy = s.y - t.y, dz = s.z - t.z;
       const double square = dx * dx + dy * dy + dz * dz;
       const double closer = s.radius + t.radius - best_;  // a square root only for a new maximum
-      if (closer > 0.0 && square < closer * closer) best_ = s.radius + t.radius - std::sqrt(square);
+      // With a margin for rounding, so that the order of the pairs does not matter.
+      if (!(closer > 0.0 && square < (1.0 + 1e-14) * closer * closer) || (s.ghost && t.ghost))
+        continue;
+      best_ = std::max(best_, s.radius + t.radius - std::sqrt(square));
     }
   }
 

@@ -13,8 +13,11 @@
 
 #include "core/liner/groove_box.h"
 #include "core/math/constants.h"
+#include "liggghts/common/first_fix.h"
 #include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
+#include "liggghts/pair/fix_ball_rows.h"
+#include "liggghts/pair/pair_gran_fast.h"
 #include "liggghts/wall/style_liner.h"
 
 using namespace LAMMPS_NS;
@@ -25,6 +28,7 @@ using millscale::Vector;
 namespace {
 
 constexpr int published_size = 16;
+constexpr int all_balls = 0;  // the engine's first group
 
 void merge_numbers(void* from, void* into, int* count, MPI_Datatype* type)
 {
@@ -47,6 +51,7 @@ ComputeMillCharge::ComputeMillCharge(LAMMPS* lmp, int& iarg, int narg, char** ar
     : Compute(lmp, iarg, narg, arg)
 {
   vector_flag = 1;
+  timeflag = 1;  // the engine adds the steps at which it will read this compute
   size_vector = published_size;
   extvector = 0;
   vector = new double[published_size];
@@ -100,6 +105,7 @@ void ComputeMillCharge::init()
 void ComputeMillCharge::compute_vector()
 {
   invoked_vector = update->ntimestep;
+  matchstep(update->ntimestep);  // drops the steps that have passed, if no pair style asks
   sums_->start(mill_fix_->mill_angle());
   read_balls();
   sums_->add_overlap(largest_overlap());
@@ -150,14 +156,23 @@ void ComputeMillCharge::read_balls()
                   squared(atom->omega[i]), angular_momentum(i)});
 }
 
+bool ComputeMillCharge::reads_overlap_now()
+{
+  return matchstep(update->ntimestep);
+}
+
 /// Return the largest overlap among this rank's balls and ghosts. Ghost positions are those of this
-/// step, and ghosts reach as far as a contact.
+/// step, and ghosts reach as far as a contact. The kernel may have noted the overlap of all balls.
 double ComputeMillCharge::largest_overlap()
 {
+  const auto* rows = first_fix<FixBallRows>(modify);
+  if (igroup == all_balls && rows && rows->pair)
+    if (const auto noted = rows->pair->largest_overlap()) return *noted;
   search_.clear();
   for (int i = 0; i < atom->nlocal + atom->nghost; ++i)
     if (atom->mask[i] & groupbit)
-      search_.add({atom->x[i][0], atom->x[i][1], atom->x[i][2], atom->radius[i]});
+      search_.add(
+          {atom->x[i][0], atom->x[i][1], atom->x[i][2], atom->radius[i], i >= atom->nlocal});
   return search_.largest();
 }
 
@@ -172,7 +187,7 @@ void ComputeMillCharge::check_all_are_there(double found)
 {
   const double before = last_balls_;
   last_balls_ = found;
-  if (igroup != 0 || found >= before) return;
+  if (igroup != all_balls || found >= before) return;
   char message[300];
   std::snprintf(message, sizeof message,
                 "%.0f of %.0f balls lost since the last sample, seen at step " BIGINT_FORMAT

@@ -11,6 +11,7 @@
 #include "core/math/vector.h"
 #include "core/measure/charge_sums.h"
 #include "core/measure/overlap_search.h"
+#include "liggghts/common/reads_overlap.h"
 #include "liggghts/mill/liner_arguments.h"
 
 namespace LAMMPS_NS {
@@ -20,12 +21,13 @@ class FixMillSimilarity;
 /// Measures of the whole charge, in one pass over the balls and one collective: energies, centre of
 /// mass, monitoring boxes, toe and shoulder, largest overlap and speed. Stops the run when balls
 /// are lost or outside the liner. Arguments and c_ID[k]: docs/reference/styles.md.
-class ComputeMillCharge : public Compute {
+class ComputeMillCharge : public Compute, public ReadsOverlap {
  public:
   ComputeMillCharge(class LAMMPS*, int& iarg, int narg, char**);
   ~ComputeMillCharge() override;
   void init() override;
   void compute_vector() override;
+  bool reads_overlap_now() override;
 
  private:
   void parse(int narg, char** arg, int first);

@@ -25,6 +25,7 @@
 #include "liggghts/common/end_run.h"
 #include "liggghts/common/first_fix.h"
 #include "liggghts/common/keywords.h"
+#include "liggghts/common/reads_overlap.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/pair/fix_adaptive_skin.h"
 #include "liggghts/pair/fix_ball_rows.h"
@@ -159,6 +160,7 @@ void PairGranFast::init_granular()
   rows_ = own_fix<FixBallRows>("pair_rows");
   rows_->pair = this;
   ledger_ = first_fix<FixMillLedger>(modify);
+  find_overlap_readers();
   history_ =
       static_cast<FixPairContactHistory*>(pair_->get_fix_history());  // so for all, by its style
   try {
@@ -167,6 +169,31 @@ void PairGranFast::init_granular()
   } catch (const std::invalid_argument& problem) {
     error->all(FLERR, (std::string(style_name) + ": " + problem.what()).c_str());
   }
+}
+
+void PairGranFast::find_overlap_readers()
+{
+  overlap_readers_.clear();
+  const auto add = [this](auto* style) {
+    if (auto* reader = dynamic_cast<ReadsOverlap*>(style)) overlap_readers_.push_back(reader);
+  };
+  std::for_each(modify->compute, modify->compute + modify->ncompute, add);
+  std::for_each(modify->fix, modify->fix + modify->nfix, add);
+}
+
+/// Return where the kernel is to note the largest overlap; null if no style reads it at this step.
+double* PairGranFast::begin_overlap()
+{
+  overlap_.reset();
+  overlap_step_ = update->ntimestep;
+  for (ReadsOverlap* reader : overlap_readers_)
+    if (reader->reads_overlap_now()) return &overlap_.emplace(0.0);
+  return nullptr;
+}
+
+std::optional<double> PairGranFast::largest_overlap() const
+{
+  return overlap_step_ == update->ntimestep ? overlap_ : std::nullopt;
 }
 
 /// Return a fix of this pair style, created at the first run.
@@ -263,7 +290,8 @@ kernels::Task PairGranFast::task(const kernels::Rows& rows)
           {laws_.data(), atom->ntypes, only_type_},
           terms_,
           {update->dt, true, reset_on_separation_},
-          {}};
+          {},
+          begin_overlap()};
 }
 
 void PairGranFast::evaluate_rows()

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace LAMMPS_NS {
 
 class FixAdaptiveSkin;
 class FixContactDamping;
+class ReadsOverlap;
 
 /// `pair_style gran model hertz [tangential history] [rolling_friction cdt] surface fast`: the
 /// engine's contacts with own neighbour list and kernel.
@@ -34,6 +36,10 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   double stressStrainExponent() override { return 1.5; }
   int64_t hashcode() override { return hash_; }
   bool contact_match(const std::string type, const std::string model) override;
+
+  /// Return the largest overlap of two balls of this rank and their ghosts at the present step [m],
+  /// if a style has said that it will read it.
+  std::optional<double> largest_overlap() const;
 
   // What the time loop needs, which keeps the balls in rows between two neighbour lists.
 
@@ -58,6 +64,8 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   Style* own_fix(const char* id);
   bool by_position_only() const;
   millscale::kernels::Task task(const millscale::kernels::Rows& rows);
+  void find_overlap_readers();
+  double* begin_overlap();
   void check_list();
   millscale::neighbor::Particles particles() const;
 
@@ -77,6 +85,9 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   class FixBallRows* rows_ = nullptr;
   millscale::neighbor::CellGrid grid_;
   int only_type_ = 0;
+  std::vector<ReadsOverlap*> overlap_readers_;
+  std::optional<double> overlap_;  ///< largest, at step `overlap_step_` [m]
+  long long overlap_step_ = 0;
 };
 
 }  // namespace LAMMPS_NS

@@ -2,8 +2,10 @@
 
 #include <mpi.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -25,6 +27,8 @@
 #include "liggghts/common/first_fix.h"
 #include "liggghts/common/keywords.h"
 #include "liggghts/mill/mill_of.h"
+#include "liggghts/pair/fix_ball_rows.h"
+#include "liggghts/pair/pair_gran_fast.h"
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/style_liner.h"
 
@@ -164,6 +168,11 @@ bool FixMillGuard::needs_arrays() const
   return update->ntimestep % every_ == 0 || (igroup != all_balls && checks_speeds_now());
 }
 
+bool FixMillGuard::reads_overlap_now()
+{
+  return update->ntimestep % every_ == 0;
+}
+
 bool FixMillGuard::checks_speeds_now() const
 {
   return update->ntimestep % speeds_every_ == 0;
@@ -188,20 +197,25 @@ void FixMillGuard::check_forces() const
 /// nor shrink-wrapped.
 void FixMillGuard::check_box() const
 {
-  bool closed_below[3], closed_above[3];
+  constexpr double largest = std::numeric_limits<double>::max();
+  double low[3], high[3];
   for (int d = 0; d < 3; ++d) {
-    closed_below[d] = !domain->periodicity[d] && domain->boundary[d][0] == fixed_boundary;
-    closed_above[d] = !domain->periodicity[d] && domain->boundary[d][1] == fixed_boundary;
+    const auto closed = [&](int side) {
+      return !domain->periodicity[d] && domain->boundary[d][side] == fixed_boundary;
+    };
+    low[d] = closed(0) ? domain->boxlo[d] : -largest;
+    high[d] = closed(1) ? domain->boxhi[d] : largest;
   }
-  for (int i = 0; i < atom->nlocal; ++i)
-    for (int d = 0; d < 3; ++d) {
-      const double x = atom->x[i][d];
-      const bool below = closed_below[d] && x < domain->boxlo[d];
-      const bool above = closed_above[d] && x >= domain->boxhi[d];
-      if (!(below || above || !std::isfinite(x)) || !(atom->mask[i] & groupbit)) continue;
-      stop(i, std::isfinite(x) ? std::string("is outside the box in ") + "xyz"[d]
-                               : "has no finite position");
-    }
+  const auto inside = [&](const double* x, int d) { return x[d] >= low[d] && x[d] < high[d]; };
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double* x = atom->x[i];
+    if (inside(x, 0) & inside(x, 1) & inside(x, 2)) continue;
+    if (!(atom->mask[i] & groupbit)) continue;
+    for (int d = 0; d < 3; ++d)
+      if (!inside(x, d))
+        stop(i, std::isfinite(x[d]) ? std::string("is outside the box in ") + "xyz"[d]
+                                    : "has no finite position");
+  }
 }
 
 void FixMillGuard::check_wall() const
@@ -219,11 +233,21 @@ void FixMillGuard::check_wall() const
 void FixMillGuard::check_overlaps() const
 {
   if (!force->pair) return;  // a single ball
+  const auto* rows = first_fix<FixBallRows>(modify);
+  const auto noted = rows && rows->pair ? rows->pair->largest_overlap() : std::nullopt;
+  if (noted && *noted < overlap_limit_ * smallest_radius()) return;
   const NeighList* list = force->pair->list;
   for (int n = 0; n < list->inum; ++n) {
     const int i = list->ilist[n];
     check_pairs_of(i, list->firstneigh[i], list->numneigh[i]);
   }
+}
+
+/// Return the smallest radius among this rank's balls and ghosts [m].
+double FixMillGuard::smallest_radius() const
+{
+  const int all = atom->nlocal + atom->nghost;
+  return all > 0 ? *std::min_element(atom->radius, atom->radius + all) : 0.0;
 }
 
 void FixMillGuard::check_pairs_of(int i, const int* others, int count) const

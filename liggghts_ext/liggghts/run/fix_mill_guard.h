@@ -8,6 +8,7 @@
 
 #include "core/measure/guard.h"
 #include "liggghts/common/ends_steps.h"
+#include "liggghts/common/reads_overlap.h"
 #include "liggghts/mill/liner_arguments.h"
 
 namespace LAMMPS_NS {
@@ -18,7 +19,7 @@ class FixMillSimilarity;
 /// high, overlaps, balls beyond the liner. It also checks before a neighbour list, where the engine
 /// would lose a ball without naming it. Changes nothing and needs no collective. Arguments:
 /// docs/reference/styles.md.
-class FixMillGuard : public Fix, public EndsSteps {
+class FixMillGuard : public Fix, public EndsSteps, public ReadsOverlap {
  public:
   FixMillGuard(class LAMMPS*, int, char**);
 
@@ -30,6 +31,7 @@ class FixMillGuard : public Fix, public EndsSteps {
   void end_of_step() override;
   bool needs_arrays() const override;
   void end_step(const millscale::kernels::Advanced&) override;
+  bool reads_overlap_now() override;
 
   double speed_limit() const { return speed_limit_; }  ///< [m/s]
   /// Return whether the speeds are checked at the end of the present step.
@@ -42,6 +44,7 @@ class FixMillGuard : public Fix, public EndsSteps {
   void check_box() const;
   void check_wall() const;
   void check_overlaps() const;
+  double smallest_radius() const;
   void check_pairs_of(int i, const int* others, int count) const;
   millscale::liner::Point at_rest(const millscale::Vector& x) const;
   millscale::charge::Suspect suspect(int i) const;

@@ -34,6 +34,7 @@ struct Evaluation {
   contact::ContactTerms terms;
   std::vector<contact::ContactLaw<double>> laws;  ///< of the pairs of types
   bool advance = true, reset_on_separation = true;
+  double* largest_overlap = nullptr;
 
   explicit Evaluation(const Cloud& c, double gap = 0.005) : cloud(c)
   {
@@ -74,7 +75,8 @@ struct Evaluation {
             terms,
             {dt, advance, reset_on_separation},
             {reinterpret_cast<double(*)[3]>(force.data()),
-             reinterpret_cast<double(*)[3]>(torque.data()), damping.data()}};
+             reinterpret_cast<double(*)[3]>(torque.data()), damping.data()},
+            largest_overlap};
   }
 
   /// Evaluate. With `sums`, evaluate with the energy budget.

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/kernels/evaluation.h"
+#include "core/measure/overlap_search.h"
 
 namespace {
 
@@ -134,6 +135,39 @@ TEST(Kernel, OfRowsGivesTheSameBits)
       EXPECT_EQ(of_rows.damping, start.damping);
       EXPECT_EQ(of_rows.list.touching, start.list.touching);
       EXPECT_EQ(of_rows.list.displacement, start.list.displacement);
+    }
+}
+
+/// Return the largest overlap by a search among all balls.
+double searched_overlap(const Cloud& cloud)
+{
+  millscale::charge::OverlapSearch search;
+  for (int i = 0; i < cloud.all(); ++i) {
+    const auto& x = cloud.position[i];
+    search.add({x[0], x[1], x[2], cloud.radius[i], i >= cloud.nlocal()});
+  }
+  return search.largest();
+}
+
+TEST(Kernel, NotesTheLargestOverlapWithTheBitsOfASearch)
+{
+  for (const Implementation& kernel : kernels())
+    for (int balls = 2; balls < 200; balls += 3) {
+      const double edge = 0.03 * std::cbrt(balls);  // some contacts for each ball
+      const Cloud cloud =
+          random_cloud({balls, edge, 0.01, balls % 2 ? 0.01 : 0.03, 1, balls / 4}, 20 + balls);
+      const double expected = searched_overlap(cloud);
+      SCOPED_TRACE(kernel.name + (" " + std::to_string(balls)));
+      EXPECT_TRUE(expected > 0.0 || balls < 20);
+      double noted = 0.0, of_rows = 0.0;
+      Evaluation step(cloud);
+      step.largest_overlap = &noted;
+      step.with(kernel);
+      EXPECT_EQ(noted, expected);
+      if (!kernel.evaluate_rows) continue;
+      step.largest_overlap = &of_rows;
+      step.with_rows(kernel);
+      EXPECT_EQ(of_rows, expected);
     }
 }
 

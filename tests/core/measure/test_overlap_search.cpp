@@ -74,6 +74,33 @@ TEST(OverlapSearch, IsZeroWhereNothingTouches)
   EXPECT_EQ(searched(search, {{0, 0, 0, 1}, {2.0, 0, 0, 1}}), 0.0);
 }
 
+TEST(OverlapSearch, LeavesOutPairsOfTwoGhosts)
+{
+  OverlapSearch search;
+  const Sphere local{0, 0, 0, 1}, ghost{1.5, 0, 0, 1, true}, image{1.5, 1.2, 0, 1, true};
+  EXPECT_EQ(searched(search, {local, ghost, image}), 0.5);
+  EXPECT_EQ(searched(search, {ghost, image}), 0.0);
+}
+
+TEST(OverlapSearch, FindsTheLargerOfTwoOverlapsThatDifferByRounding)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  OverlapSearch search;
+  for (int trial = 0; trial < 2000; ++trial) {
+    // A pair of large spheres, and one of small spheres whose overlap is known more exactly.
+    const double large = 0.05 + 0.005 * unit(random);
+    double small = 0.02 - (0.06 - large);
+    for (int k = trial % 5; k > 0; --k) small = std::nextafter(small, 1.0);
+    const double larger = std::max(0.06 - large, 0.02 - small);
+    for (const double y : {-1.0, 1.0})  // of the small pair: it is found first or last
+      EXPECT_EQ(
+          searched(search,
+                   {{0, 0, 0, 0.03}, {large, 0, 0, 0.03}, {0, y, 0, 0.01}, {small, y, 0, 0.01}}),
+          larger);
+  }
+}
+
 TEST(OverlapSearch, SurvivesABallFarAway)
 {
   OverlapSearch search;
