@@ -19,8 +19,10 @@ GUARD = "fix guard all mill/guard mill mill\n"
 DRIVE = "fix drive all mill/drive mill mill wall liner every 40\n"
 CHARGE = (
     "compute charge all mill/charge mill mill\n"
-    'fix series all print 40 "$(step) $(c_charge[3]) $(f_drive[1]) $(f_drive[3]) $(c_detach[12])" '
-    "file series.csv screen no\n"
+    "group found id > 0\n"  # all balls: searched, not noted by the kernel
+    "compute searched found mill/charge mill mill\n"
+    'fix series all print 40 "$(step),$(c_charge[3]),$(f_drive[1]),$(f_drive[3]),$(c_detach[12]),'
+    '$(c_charge[13]),$(c_searched[13])" file series.csv screen no\n'
 )
 CAMPAIGN = GUARD + DRIVE + CHARGE
 OCCUPANCY = (
@@ -80,7 +82,10 @@ def test_both_loops_have_the_same_bits(tmp_path, ranks, precision, damping):
     ours = _both(tmp_path, options, CAMPAIGN, ranks=ranks)
     assert (ours[0]["z"] - BALLS[:, 2] < -1e-3).any()
     assert ours[0]["c_detach[12]"].max() >= 0
-    assert len(ours[1]["series.csv"].splitlines()) > 10
+    rows = [line.split(",") for line in ours[1]["series.csv"].splitlines()[1:]]
+    assert len(rows) > 10
+    assert [row[-1] for row in rows] == [row[-2] for row in rows]
+    assert max(float(row[-1]) for row in rows) > 0
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
@@ -106,8 +111,18 @@ def test_a_thousand_balls_that_turn_with_the_mill(tmp_path, ranks):
         AVERAGE,
         "restart 50 a.restart b.restart\nfix restarts all mill/restart\n",
         f"{OCCUPANCY}fix more all ave/time 1 1 1 c_detach[10] file more.csv\n",
+        "compute near all coord/atom 0.05\ncompute sum all reduce sum c_near fx vz\n"
+        "fix ghosts all ave/time 7 1 7 c_sum[1] c_sum[2] c_sum[3] file ghosts.csv\n",
     ],
-    ids=["every step", "every seventh", "dumps and prints", "ave/time", "restarts", "each step"],
+    ids=[
+        "every step",
+        "every seventh",
+        "dumps and prints",
+        "ave/time",
+        "restarts",
+        "each step",
+        "ghosts",
+    ],
 )
 def test_output_changes_no_bit(tmp_path, output):
     quiet = _deck(tmp_path / "quiet", "tangential_damping bounded", edit=DRIVE)
@@ -130,8 +145,9 @@ def test_output_changes_no_bit(tmp_path, output):
         "run 150\nunfix guard\nfix push all addforce 0.1 0 0\nrun 100\nunfix push\n"
         f"run {STEPS - 250}\n",
         f"run {STEPS} every 150 \"print 'now'\"\n",
+        f"fix still all momentum 70 linear 1 1 1\nthermo 35\nrun {STEPS}\n",
     ],
-    ids=["run 0", "run 1", "time step", "pre no", "changed fix", "every"],
+    ids=["run 0", "run 1", "time step", "pre no", "changed fix", "every", "fix momentum"],
 )
 def test_several_runs(tmp_path, runs):
     _both(tmp_path, "tangential_damping bounded", CAMPAIGN, runs=runs)

@@ -43,6 +43,14 @@ inline Four sums(const Four* v)
          __builtin_shuffle(ab, cd, FourBits{2, 3, 6, 7});
 }
 
+/// Return the fourth number of each of four vectors.
+inline Four fourths(const Four* v)
+{
+  const Four ab = __builtin_shuffle(v[0], v[1], FourBits{3, 7, 3, 7});
+  const Four cd = __builtin_shuffle(v[2], v[3], FourBits{3, 7, 3, 7});
+  return __builtin_shuffle(ab, cd, FourBits{0, 1, 4, 5});
+}
+
 /// Return a bit for each lane that is true.
 inline int bits(FourBits mask)
 {
@@ -74,28 +82,39 @@ inline Load take_load(const Rows& rows, int i)
   }
 }
 
-inline void write(const Four& from, Vector& to)
+/// What the pass does besides, by the frequency of the steps.
+enum class Besides { nothing, guard, guard_and_copy };
+
+template <class Three>
+inline void write(const Four& from, Three& to)
 {
   for (int d = 0; d < 3; ++d) to[d] = from[d];
 }
 
-/// Four ints, from the bytes of marks.
-inline int load_marks(const signed char* marks)
+/// Return the marks of `count` balls, at most a group, in the bytes of a number.
+[[gnu::always_inline]] inline unsigned load_marks(const signed char* marks, int count)
 {
-  int four;
-  __builtin_memcpy(&four, marks, sizeof four);
+  unsigned four = 0;
+  __builtin_memcpy(&four, marks, static_cast<unsigned>(count));
   return four;
+}
+[[gnu::always_inline]] inline void store_marks(signed char* to, unsigned four, int count)
+{
+  __builtin_memcpy(to, &four, static_cast<unsigned>(count));
 }
 
 /// Return four marks, `mark` where a bit is set.
-inline int spread(int bits, signed char mark)
+inline unsigned spread(unsigned bits, signed char mark)
 {
-  const int ones = (bits & 1) | (bits & 2) << 7 | (bits & 4) << 14 | (bits & 8) << 21;
-  return ones * mark;
+  const unsigned ones = (bits & 1) | (bits & 2) << 7 | (bits & 4) << 14 | (bits & 8) << 21;
+  return ones * static_cast<unsigned>(mark);
 }
 
-template <bool single, bool limited, bool watched, bool guarded>
+template <bool single, bool limited, bool watched, Besides besides>
 class Pass {
+  static constexpr bool guarded = besides != Besides::nothing;
+  static constexpr bool copied = besides == Besides::guard_and_copy;
+
  public:
   explicit Pass(const Advance& advance) : a(advance), wall(advance.wall_begin)
   {
@@ -120,13 +139,23 @@ class Pass {
   }
 
  private:
-  /// Advance a ball. k: its lane in the group.
-  [[gnu::always_inline]] void one(int i, int k)
+  /// A ball at the end of the step.
+  struct Ended {
+    Load on;
+    Four push, velocity;  ///< of half a step; at the end, with the mass
+  };
+
+  /// Squares of components and other numbers, of the balls of a group.
+  struct Numbers {
+    Four gone[group], relative[group], speed[group], pressure[group];
+    Four with_skin[group], with_mass[group], with_damping[group];  ///< in the fourth place
+  };
+
+  /// End the step of a ball. k: its place in the group.
+  [[gnu::always_inline]] Ended end(int i, int k, Numbers& numbers)
   {
-    const Rows& rows = a.rows;
-    Load on = take_load<single>(rows, i);
-    VelocityRow& row = rows.velocity[i];
-    const Four before = load<Four>(row.velocity), spin = load<Four>(row.spin);
+    Load on = take_load<single>(a.rows, i);
+    const Four before = load<Four>(a.rows.velocity[i].velocity);
     const Four weight = before[3] * gravity;
     if (a.gravity_first) on.force = on.force + weight;
     for (; wall != a.wall_end && wall->ball == i; ++wall) {
@@ -135,9 +164,35 @@ class Pass {
     }
     if (!a.gravity_first) on.force = on.force + weight;
     const Four push = a.kick[i].linear * three(on.force);
-    const Four turn = a.kick[i].angular * three(on.torque);
-    const Four full = before + push, half = full + push;
-    const Four half_spin = spin + turn + turn;
+    const Four velocity = before + push;
+    if constexpr (limited || watched) numbers.with_mass[k] = before;
+    if constexpr (limited) numbers.with_damping[k] = on.torque;
+    if constexpr (guarded) {
+      const Four v = three(velocity);
+      numbers.speed[k] = v * v;
+    }
+    if constexpr (watched) {
+      const Four by_contacts = three(on.force - weight);
+      numbers.pressure[k] = by_contacts * by_contacts;
+    }
+    return {on, push, velocity};
+  }
+
+  /// Begin the next step of a ball.
+  [[gnu::always_inline]] void begin(int i, int k, const Ended& ended, Numbers& numbers)
+  {
+    const Rows& rows = a.rows;
+    VelocityRow& row = rows.velocity[i];
+    const Four x = load<Four>(rows.position + i), spin = load<Four>(row.spin);
+    const Four turn = a.kick[i].angular * three(ended.on.torque);
+    if constexpr (copied) {
+      write(x, a.copy->position[i]);
+      write(ended.velocity, a.copy->velocity[i]);
+      write(spin + turn, a.copy->spin[i]);
+      write(ended.on.force, a.copy->force[i]);
+      write(ended.on.torque, a.copy->torque[i]);
+    }
+    const Four half = ended.velocity + ended.push, half_spin = spin + turn + turn;
     store(row.velocity, half);
     store(row.spin, half_spin);
     if constexpr (single) {
@@ -145,57 +200,46 @@ class Pass {
       store(copy.velocity, __builtin_convertvector(half, FourSingles));
       store(copy.spin, __builtin_convertvector(half_spin, FourSingles));
     }
-    const Four x = load<Four>(rows.position + i);
     const Four next = x + dt * half;
     store(rows.position + i, next);
-    if constexpr (limited || watched) mass[k] = before[3];
-    if constexpr (limited) damping[k] = on.torque[3];
-
-    if constexpr (watched || guarded) {
-      position[k] = x;
-      velocity[k] = full;
-    }
     const Four begin = load<Four>(a.start + i);
-    skin[k] = begin[3];
+    numbers.with_skin[k] = begin;
     const Four way = three(next - begin);
-    gone[k] = way * way;
+    numbers.gone[k] = way * way;
     const Four from = next - origin, held = begin - origin;
     const Four turned = held[0] * column[0] + held[1] * column[1] + held[2] * column[2];
     const Four apart = three(from - turned);
-    relative[k] = apart * apart;
-    if constexpr (guarded) {
-      force_on[k] = on.force;
-      const Four v = three(full);
-      speed[k] = v * v;
-    }
-    if constexpr (watched) {
-      const Four by_contacts = three(on.force - weight);
-      pressure[k] = by_contacts * by_contacts;
-    }
+    numbers.relative[k] = apart * apart;
   }
 
   /// Advance `count` balls, at most a group.
   [[gnu::always_inline]] void some(int i, int count)
   {
+    Numbers numbers;
+    Ended ended[group]{};
     for (int k = count; k < group; ++k) {
-      gone[k] = relative[k] = speed[k] = pressure[k] = skin = mass = damping = Four{};
+      numbers.gone[k] = numbers.relative[k] = numbers.speed[k] = numbers.pressure[k] = Four{};
+      numbers.with_skin[k] = numbers.with_mass[k] = numbers.with_damping[k] = Four{};
     }
 #pragma GCC unroll 4
-    for (int k = 0; k < count; ++k) one(i + k, k);
-    if constexpr (limited) share_damping(i, count);
-    moved |= sums(gone) > Four{} + a.moved_limit2;
-    left |= ~(sums(relative) <= skin * skin);
-    if constexpr (guarded) {
-      const int fast = bits(~(sums(speed) <= Four{} + a.speed_limit2));
-      if (fast && !found.fast) name_fast(i + __builtin_ctz(fast), __builtin_ctz(fast));
-    }
-    if constexpr (watched) watch(i, count);
+    for (int k = 0; k < group; ++k)
+      if (k < count) ended[k] = end(i + k, k, numbers);
+    if constexpr (guarded) guard(i, count, numbers, ended);
+    if constexpr (watched) watch(i, count, numbers, ended);
+#pragma GCC unroll 4
+    for (int k = 0; k < group; ++k)
+      if (k < count) begin(i + k, k, ended[k], numbers);
+    if constexpr (limited) share_damping(i, count, numbers);
+    moved |= sums(numbers.gone) > Four{} + a.moved_limit2;
+    const Four skin = fourths(numbers.with_skin);
+    left |= ~(sums(numbers.relative) <= skin * skin);
   }
 
   /// Store the sums of damping coefficients, and the shares they give in the next step.
-  [[gnu::always_inline]] void share_damping(int i, int count)
+  [[gnu::always_inline]] void share_damping(int i, int count, const Numbers& numbers)
   {
-    const Four share = a.dt * damping / mass;
+    const Four damping = fourths(numbers.with_damping);
+    const Four share = a.dt * damping / fourths(numbers.with_mass);
     for (int k = 0; k < count; ++k) {
       a.damping[i + k] = damping[k];
       a.rows.velocity[i + k].damping_share = share[k];
@@ -204,43 +248,49 @@ class Pass {
     }
   }
 
-  [[gnu::noinline]] void name_fast(int i, int k)
+  // Balls are selected below by loops without an index that is known at run time only. So what is
+  // known of a group stays in registers.
+
+  /// Name the first ball that is too fast.
+  [[gnu::always_inline]] void guard(int i, int count, const Numbers& numbers, const Ended* ended)
   {
-    found.fast = true;
-    found.first_fast.ball = i;
-    write(position[k], found.first_fast.position);
-    write(velocity[k], found.first_fast.velocity);
-    write(force_on[k], found.first_fast.force);
+    const int fast = bits(~(sums(numbers.speed) <= Four{} + a.speed_limit2));
+    if (__builtin_expect(fast == 0 || found.fast, true)) return;
+#pragma GCC unroll 4
+    for (int k = 0; k < group; ++k) {
+      if (k >= count || found.fast || !(fast >> k & 1)) continue;
+      found.fast = true;
+      found.first_fast.ball = i + k;
+      write(load<Four>(a.rows.position + i + k), found.first_fast.position);
+      write(ended[k].velocity, found.first_fast.velocity);
+      write(ended[k].on.force, found.first_fast.force);
+    }
   }
 
-  [[gnu::always_inline]] void watch(int i, int count)
+  /// Note the balls whose contacts differ from those seen.
+  [[gnu::always_inline]] void watch(int i, int count, const Numbers& numbers, const Ended* ended)
   {
     const ContactWatch& watch = *a.watch;
-    const int pressed = bits(sums(pressure) > (Four{} + watch.least) * mass * mass);
-    if (count == group) {
-      const int marks = load_marks(watch.wall_marks + i) | spread(pressed, watch.in_contact);
-      __builtin_memcpy(watch.marks + i, &marks, sizeof marks);
-      if (marks == load_marks(watch.seen + i)) return;
-    }
-    for (int k = 0; k < count; ++k) {
-      const signed char mark = watch.wall_marks[i + k] |
-                               (pressed >> k & 1 ? watch.in_contact : static_cast<signed char>(0));
-      watch.marks[i + k] = mark;
-      if (mark == watch.seen[i + k]) continue;
+    const Four mass = fourths(numbers.with_mass);
+    const int pressed = bits(sums(numbers.pressure) > (Four{} + watch.least) * mass * mass);
+    const unsigned marks =
+        load_marks(watch.wall_marks + i, count) | spread(pressed, watch.in_contact);
+    store_marks(watch.marks + i, marks, count);
+    const unsigned changed = marks ^ load_marks(watch.seen + i, count);
+    if (__builtin_expect(changed == 0, true)) return;
+#pragma GCC unroll 4
+    for (int k = 0; k < group; ++k) {
+      if (k >= count || !(changed >> 8 * k & 0xff)) continue;
       Moment& moment = watch.moments[found.moments++];
+      store(&moment, load<Four>(a.rows.position + i + k));
+      write(ended[k].velocity, moment.velocity);
       moment.ball = i + k;
-      write(position[k], moment.position);
-      write(velocity[k], moment.velocity);
     }
   }
 
   const Advance& a;
   const WallForce* wall;  ///< the next one
   Four gravity, dt, origin, column[3];
-  // Of the balls of a group, at the end of the step: three components and another number.
-  Four position[group], velocity[group], force_on[group];
-  Four gone[group], relative[group], speed[group], pressure[group];  ///< squares of components
-  Four skin, mass, damping;
   FourBits moved{}, left{};
   Advanced found;
 };
@@ -248,8 +298,9 @@ class Pass {
 template <bool single, bool limited, bool watched>
 Advanced advance_watched(const Advance& a)
 {
-  return a.checks_speed ? Pass<single, limited, watched, true>(a).all()
-                        : Pass<single, limited, watched, false>(a).all();
+  if (a.copy) return Pass<single, limited, watched, Besides::guard_and_copy>(a).all();
+  return a.checks_speed ? Pass<single, limited, watched, Besides::guard>(a).all()
+                        : Pass<single, limited, watched, Besides::nothing>(a).all();
 }
 
 template <bool single, bool limited>

@@ -27,9 +27,10 @@ struct alignas(32) ListStart {
 };
 
 /// A ball whose contacts have changed, or that is watched, at the end of a step.
-struct Moment {
+struct alignas(64) Moment {
+  double position[3], radius;  ///< [m]
+  double velocity[3];          ///< [m/s]
   int ball;
-  Vector position, velocity;  ///< [m], [m/s]
 };
 
 /// A ball that is too fast, at the end of a step.
@@ -46,6 +47,12 @@ struct ContactWatch {
   signed char in_contact;         ///< bit of any contact force
   double least;                   ///< square of the least acceleration by contacts [m^2/s^4]
   Moment* moments;                ///< balls whose marks differ from those seen; as many as balls
+};
+
+/// The arrays of the engine, three numbers per ball, to which the pass copies the end of the step.
+struct EndOfStep {
+  double (*position)[3], (*velocity)[3], (*spin)[3];  ///< [m], [m/s], [rad/s]
+  double (*force)[3], (*torque)[3];                   ///< [N], [N m]
 };
 
 /// One pass over the local balls between two evaluations of the forces: the second half of a step
@@ -75,6 +82,7 @@ struct Advance {
   bool checks_speed;
   double speed_limit2;        ///< square of the highest plausible speed [m^2/s^2]
   const ContactWatch* watch;  ///< null if nobody watches
+  const EndOfStep* copy;      ///< null if nobody reads
 };
 
 /// What the pass has found.

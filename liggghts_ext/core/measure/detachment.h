@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "core/liner/profile.h"
 #include "core/math/constants.h"
@@ -51,7 +52,54 @@ inline int groove(const Mill& mill, double psi, double mill_angle)
   return mill.grooves.at(psi - mill_angle);
 }
 
+/// The grooves in a turned mill. Whether a point is still in a groove is decided by the direction
+/// of its middle, without an arctangent, except close to a border.
+class TurnedGrooves {
+ public:
+  TurnedGrooves(const Mill& mill, double mill_angle) : mill_angle_(mill_angle)
+  {
+    const liner::Grooves& grooves = mill.grooves;
+    for (int k = 0; k < grooves.count(); ++k) {
+      const double begin = grooves.lifter_angle(k);
+      const double end = k + 1 < grooves.count() ? grooves.lifter_angle(k + 1)
+                                                 : grooves.lifter_angle(0) + 2.0 * pi;
+      const double half = 0.5 * (end - begin);
+      middles_.push_back(
+          {Turn(mill_angle + begin + half), half < wide ? std::tan(half - margin) : 0.0});
+    }
+  }
+
+  /// Return `groove` of a point. guess: the likely groove; -1: none.
+  double at(const Mill& mill, const Vector& position, double guess) const
+  {
+    if (guess >= 0.0 && guess < static_cast<double>(middles_.size())) {
+      const auto& [turn, slope] = middles_[static_cast<std::size_t>(guess)];
+      const MillPoint p = mill.frame.point(position.data());
+      const double outward = p.below * turn.cosine + p.ahead * turn.sine;
+      const double aside = p.ahead * turn.cosine - p.below * turn.sine;
+      if (std::abs(aside) < slope * outward) return guess;
+    }
+    return groove(mill, polar(mill, position).psi, mill_angle_);
+  }
+
+ private:
+  static constexpr double wide = 1.5, margin = 1e-9;  ///< [rad]
+  struct Middle {
+    Turn turn;
+    double slope;  ///< of the borders against the middle; 0 if they are too wide apart
+  };
+  double mill_angle_;
+  std::vector<Middle> middles_;
+};
+
 enum class State { on_wall = 1, in_bed = 2, in_flight = 3 };
+
+/// Return the state of a ball by its contacts: with the wall, and with anything.
+inline State state(bool wall_contact, bool contact_force)
+{
+  if (wall_contact) return State::on_wall;
+  return contact_force ? State::in_bed : State::in_flight;
+}
 
 /// Contacts and position of a ball at the end of a step.
 struct Observation {
@@ -156,6 +204,13 @@ inline double square_separation(const Mill& mill, const Vector& a, const Vector&
   return std::max(0.0, dot(separation, separation) - along * along);
 }
 
+/// Whether a ball has left a place in the mill by more than `gap` [m].
+inline bool left_place(const Mill& mill, const Vector& position, const Turn& back,
+                       const Vector& place, double gap)
+{
+  return square_separation(mill, position_in_mill(mill, position, back), place) > gap * gap;
+}
+
 inline void follow_flight(Record& ball, const Mill& mill, const Observation& now, const Turn& back,
                           double gap, Confirmed& confirmed)
 {
@@ -167,9 +222,7 @@ inline void follow_flight(Record& ball, const Mill& mill, const Observation& now
     ball.flight_place = position_in_mill(mill, now.position, back);
     ball.flight_pending = 1.0;
   }
-  if (ball.flight_pending != 0.0 &&
-      square_separation(mill, position_in_mill(mill, now.position, back), ball.flight_place) >
-          gap * gap) {
+  if (ball.flight_pending != 0.0 && left_place(mill, now.position, back, ball.flight_place, gap)) {
     ball.flight = confirmed_event(mill, ball.flight_candidate);
     ball.flight_pending = 0.0;
     ball.in_flight = 1.0;
@@ -183,21 +236,25 @@ inline void follow_flight(Record& ball, const Mill& mill, const Observation& now
 }  // namespace detail
 
 /// What an observation with the same contacts as the last one could still confirm. Balls that lie
-/// near the groove without touching it wait for long.
-enum class Pending : signed char { nothing, liner, flight };  ///< flight: with or without liner
+/// near the groove without touching it, or shake in the bed, wait for long.
+enum class Pending : signed char { nothing, liner, flight, both };
 inline Pending pending(const Record& ball)
 {
-  if (ball.flight_pending != 0.0) return Pending::flight;
-  return ball.liner_pending != 0.0 ? Pending::liner : Pending::nothing;
+  const bool liner = ball.liner_pending != 0.0;
+  if (ball.flight_pending != 0.0) return liner ? Pending::both : Pending::flight;
+  return liner ? Pending::liner : Pending::nothing;
 }
 
-/// Whether an observation with the same contacts may change the record of a ball: a look that needs
-/// no record.
-inline bool may_confirm(Pending pending, const Mill& mill, const Vector& position,
-                        double ball_radius, double gap_over_radius)
+/// Whether an observation with the same contacts may change the record of a ball. Of the record it
+/// needs the place of the flight candidate only. back: the turn by minus the mill's angle.
+inline bool may_confirm(Pending pending, const Mill& mill, const Vector& position, const Turn& back,
+                        const Vector& flight_place, double ball_radius, double gap_over_radius)
 {
-  if (pending != Pending::liner) return pending == Pending::flight;
-  return detail::clear_of_groove(mill, position, ball_radius, gap_over_radius * ball_radius);
+  const double gap = gap_over_radius * ball_radius;
+  const bool liner = pending == Pending::liner || pending == Pending::both;
+  const bool flight = pending == Pending::flight || pending == Pending::both;
+  return (liner && detail::clear_of_groove(mill, position, ball_radius, gap)) ||
+         (flight && detail::left_place(mill, position, back, flight_place, gap));
 }
 
 /// Advances a ball's record by one observation. Two events are told apart:
@@ -212,10 +269,7 @@ inline Confirmed observe(Record& ball, const Mill& mill, const Observation& now,
                          double gap_over_radius)
 {
   Confirmed confirmed;
-  const State state = now.wall_contact    ? State::on_wall
-                      : now.contact_force ? State::in_bed
-                                          : State::in_flight;
-  ball.state = static_cast<double>(state);
+  ball.state = static_cast<double>(state(now.wall_contact, now.contact_force));
   const double gap = gap_over_radius * now.ball_radius;
   detail::follow_liner(ball, mill, now, gap, confirmed);
   detail::follow_flight(ball, mill, now, back, gap, confirmed);
@@ -252,11 +306,15 @@ inline bool carried(const Mill& mill, const Drive& drive, const Observation& now
 /// Remembers the lifter that carries a ball, -1 if none has. A ball that is not carried keeps the
 /// lifter it left, whatever it meets in flight. What moves with the mill changes its lifter slowly:
 /// a look at every few thousandths of a turn is enough.
+inline void follow_carrier(double& carrier, const Mill& mill, const TurnedGrooves& grooves,
+                           const Drive& drive, const Observation& now, double gap_over_radius)
+{
+  if (carried(mill, drive, now, gap_over_radius)) carrier = grooves.at(mill, now.position, carrier);
+}
 inline void follow_carrier(double& carrier, const Mill& mill, const Drive& drive,
                            const Observation& now, double gap_over_radius)
 {
-  if (carried(mill, drive, now, gap_over_radius))
-    carrier = groove(mill, polar(mill, now.position).psi, now.mill_angle);
+  follow_carrier(carrier, mill, TurnedGrooves(mill, now.mill_angle), drive, now, gap_over_radius);
 }
 
 /// Count, mean and standard deviation of event angles, gathered one by one (Welford's recurrence)

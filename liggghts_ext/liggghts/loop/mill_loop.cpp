@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <limits>
 
 #include "atom.h"
@@ -59,6 +60,15 @@ struct AddedMass : FixNVESphere {
   static constexpr double FixNVESphere::*factor = &AddedMass::onePlusCAddRhoFluid_;
 };
 
+/// Return whether a fix that acts at the end of steps leaves the balls as they are.
+bool only_reads(const Fix& fix)
+{
+  constexpr const char* readers[] = {"ave/atom", "ave/correlate", "ave/histo",     "ave/spatial",
+                                     "ave/time", "print",         "mill/occupancy"};
+  return std::any_of(std::begin(readers), std::end(readers),
+                     [&](const char* style) { return std::strcmp(fix.style, style) == 0; });
+}
+
 }  // namespace
 
 MillLoop::MillLoop(LAMMPS* lmp) : Verlet(lmp, 0, nullptr) {}
@@ -110,8 +120,7 @@ std::string MillLoop::find_participants()
   track_ = nullptr;
   integration_ = nullptr;
   walls_.clear();
-  ends_steps_.clear();
-  at_intervals_.clear();
+  at_end_.clear();
   gravity_first_ = false;
   guards_.clear();
   if (!pair_) return "there is no pair_style gran ... surface fast";
@@ -135,10 +144,8 @@ std::string MillLoop::place_in_step(Fix* fix, int mask)
   }
   if (auto* guard = dynamic_cast<FixMillGuard*>(fix)) guards_.push_back(guard);
   if (mask & END_OF_STEP) {
-    if (auto* known = dynamic_cast<EndsSteps*>(fix))
-      ends_steps_.push_back(known);
-    else
-      at_intervals_.push_back(fix);
+    auto* known = dynamic_cast<EndsSteps*>(fix);
+    at_end_.push_back({fix, known, known || only_reads(*fix)});
   }
   if (!(mask & in_every_step)) return {};
   if (auto* mill = dynamic_cast<FixMillSimilarity*>(fix)) {
@@ -204,13 +211,14 @@ void MillLoop::run(int n)
       rebuild = rebuild_due();
     } else {
       signals_ = agree(0);
+      restart_due_ = output->restart_requested(update->ntimestep);
       modify->initial_integrate(vflag);
       if (modify->n_post_integrate) modify->post_integrate();
       rebuild = neighbor->decide();
     }
-    const bool of_engine = needs_arrays();
+    const bool of_engine = needs_engine_step();
     if (on_rows_ && (rebuild || of_engine)) {
-      write_arrays();
+      write_arrays(0, atom->nlocal);
       on_rows_ = false;
     }
     send_or_rebuild(rebuild);
@@ -223,16 +231,23 @@ void MillLoop::run(int n)
   }
 }
 
-/// Return whether the present step needs the engine's arrays at its end.
-bool MillLoop::needs_arrays()
+/// Return whether the present step must be the engine's, from the forces on.
+bool MillLoop::needs_engine_step() const
 {
   const bigint now = update->ntimestep;
-  if (now == output->next || eflag || vflag || signals_ || pair_->checks_list_now()) return true;
-  for (const EndsSteps* fix : ends_steps_)
-    if (fix->needs_arrays()) return true;
-  for (const Fix* fix : at_intervals_)
-    if (now % fix->nevery == 0) return true;
-  return false;
+  if (restart_due_ || eflag || vflag || signals_ || pair_->checks_list_now()) return true;
+  return std::any_of(at_end_.begin(), at_end_.end(), [&](const AtEnd& end) {
+    return !end.only_reads && now % end.fix->nevery == 0;
+  });
+}
+
+/// Return whether the engine's arrays are read at the end of the present step.
+bool MillLoop::needs_arrays() const
+{
+  const bigint now = update->ntimestep;
+  return now == output->next || std::any_of(at_end_.begin(), at_end_.end(), [&](const AtEnd& end) {
+           return end.known ? end.known->needs_arrays() : now % end.fix->nevery == 0;
+         });
 }
 
 /// Return the bits that any rank has set, signals included. A rank that breaks off alone would
@@ -253,7 +268,8 @@ bool MillLoop::rebuild_due()
   const int bits = agree((found_.moved ? moved : 0) | (found_.left_skin ? left_skin : 0));
   signals_ = bits & (quit | restart_asked);
   const bigint now = update->ntimestep;
-  if (output->restart_requested(now) || (bits & left_skin)) return true;
+  restart_due_ = output->restart_requested(now);
+  if (restart_due_ || (bits & left_skin)) return true;
   for (int f = 0; f < modify->nfix; ++f)
     if (modify->fix[f]->force_reneighbor && modify->fix[f]->next_reneighbor == now) return true;
   ++neighbor->ago;
@@ -297,6 +313,11 @@ void MillLoop::step_of_engine()
   if (modify->n_post_force) modify->post_force(vflag);
   modify->final_integrate();
   if (modify->n_end_of_step) modify->end_of_step();
+  write_output();
+}
+
+void MillLoop::write_output()
+{
   if (update->ntimestep != output->next) return;
   timer->stamp();
   output->write(update->ntimestep);
@@ -315,8 +336,19 @@ void MillLoop::step_on_rows()
   on_rows_ = true;
   pair_->evaluate_rows();
   timer->stamp(TIME_PAIR);
-  advance(evaluate_walls());
-  for (EndsSteps* fix : ends_steps_) fix->end_step(found_);
+  advance(evaluate_walls(), needs_arrays());
+  end_step();
+  write_output();
+}
+
+/// Let the fixes act that act at the end of this step.
+void MillLoop::end_step()
+{
+  for (const AtEnd& end : at_end_)
+    if (end.known && !end.known->needs_arrays())
+      end.known->end_step(found_);
+    else if (update->ntimestep % end.fix->nevery == 0)
+      end.fix->end_of_step();
 }
 
 /// Copy the engine's balls and ghosts to the rows, with what lasts as long as the list.
@@ -353,11 +385,11 @@ void MillLoop::read_list()
     start_[i] = {at_list[i][0], at_list[i][1], at_list[i][2], skins[i]};
 }
 
-/// Copy places and velocities of the local balls to the engine's arrays, within a step.
-void MillLoop::write_arrays()
+/// Copy places and velocities of some balls to the engine's arrays, within a step.
+void MillLoop::write_arrays(int begin, int end)
 {
   const kernels::Rows rows = rows_->store.rows();
-  for (int i = 0; i < atom->nlocal; ++i) {
+  for (int i = begin; i < end; ++i) {
     const kernels::PositionRow& at = rows.position[i];
     const kernels::VelocityRow& motion = rows.velocity[i];
     atom->x[i][0] = at.x;
@@ -402,9 +434,23 @@ const std::vector<kernels::WallForce>& MillLoop::evaluate_walls()
   return wall_forces_;
 }
 
-/// End this step and begin the next one.
-void MillLoop::advance(const std::vector<kernels::WallForce>& wall_forces)
+/// Copy the ghosts to the engine's arrays, within a step.
+void MillLoop::copy_ghosts()
 {
+  write_arrays(atom->nlocal, atom->nlocal + atom->nghost);
+  for (double** sums : {atom->f, atom->torque})
+    if (atom->nghost > 0) std::fill_n(sums[atom->nlocal], 3 * atom->nghost, 0.0);
+}
+
+/// End this step and begin the next one. copy: the end of the step to the engine's arrays.
+void MillLoop::advance(const std::vector<kernels::WallForce>& wall_forces, bool copy)
+{
+  const auto three = [](double** of_balls) {
+    return reinterpret_cast<double(*)[3]>(of_balls ? of_balls[0] : nullptr);
+  };
+  const kernels::EndOfStep arrays{three(atom->x), three(atom->v), three(atom->omega),
+                                  three(atom->f), three(atom->torque)};
+  if (copy) copy_ghosts();
   const millscale::neighbor::AdaptiveSkin& skin = pair_->skin().skin();
   kernels::Advance pass{};
   pass.rows = rows_->store.rows();
@@ -430,5 +476,6 @@ void MillLoop::advance(const std::vector<kernels::WallForce>& wall_forces)
   pass.checks_speed = std::isfinite(limit);
   pass.speed_limit2 = limit * limit;
   pass.watch = track_ ? &track_->begin_pass() : nullptr;
+  pass.copy = copy ? &arrays : nullptr;
   found_ = pair_->kernel().advance(pass);
 }

@@ -20,10 +20,10 @@ class PairGranFast;
 
 /// The time loop of liggghts_mill, in the place of the engine's. Between two neighbour lists it
 /// keeps the balls in the rows of the contact kernels. One pass over the rows ends a step and
-/// begins the next one. The engine's arrays are brought up to date for the steps that need them:
-/// output, and fixes other than ours. Such a step is the engine's own. The results have the same
-/// bits as those of the engine's loop, which runs where a deck needs it; `run_style verlet` asks
-/// for it. What needs it, and why: docs/reference/styles.md.
+/// begins the next one. For output and for fixes that read the balls, it copies the end of the step
+/// to the engine's arrays. Restart files, and fixes that may change the balls, need a step of the
+/// engine. The results have the same bits as those of the engine's loop, which runs where a deck
+/// needs it; `run_style verlet` asks for it. What needs it, and why: docs/reference/styles.md.
 class MillLoop : public Verlet {
  public:
   explicit MillLoop(class LAMMPS*);
@@ -41,17 +41,28 @@ class MillLoop : public Verlet {
   std::string engine_settings() const;
   std::string place_in_step(Fix*, int mask);
   std::string time_integration() const;
-  bool needs_arrays();
+  bool needs_engine_step() const;
+  bool needs_arrays() const;
   int agree(int bits) const;
   bool rebuild_due();
   void send_or_rebuild(bool rebuild);
   void step_of_engine();
   void step_on_rows();
+  void end_step();
+  void write_output();
   void read_arrays();
-  void write_arrays();
+  void write_arrays(int begin, int end);
   void read_list();
   const std::vector<millscale::kernels::WallForce>& evaluate_walls();
-  void advance(const std::vector<millscale::kernels::WallForce>& wall_forces);
+  void advance(const std::vector<millscale::kernels::WallForce>& wall_forces, bool copy);
+  void copy_ghosts();
+
+  /// A fix that acts at the end of steps.
+  struct AtEnd {
+    Fix* fix;
+    EndsSteps* known;  ///< the same; null if it reads the engine's arrays whenever it acts
+    bool only_reads;   ///< changes no ball
+  };
 
   std::string reason_;  ///< why the engine's loop must run; empty: ours runs
   FixBallRows* rows_ = nullptr;
@@ -61,12 +72,12 @@ class MillLoop : public Verlet {
   Fix* integration_ = nullptr;
   std::vector<FixWallMill*> walls_;
   bool gravity_first_ = false;
-  std::vector<EndsSteps*> ends_steps_;
-  std::vector<Fix*> at_intervals_;  ///< fixes that act at the end of every nth step only
+  std::vector<AtEnd> at_end_;  ///< in the order of the engine
   std::vector<FixMillGuard*> guards_;
 
-  bool on_rows_ = false;  ///< the rows are up to date, and begin the present step
-  int signals_ = 0;       ///< received by any rank, as bits
+  bool on_rows_ = false;      ///< the rows are up to date, and begin the present step
+  int signals_ = 0;           ///< received by any rank, as bits
+  bool restart_due_ = false;  ///< at the present step
   millscale::kernels::Advanced found_;
   std::vector<millscale::kernels::WallForce> wall_forces_;  ///< of several walls
   std::vector<millscale::kernels::ListStart> start_;

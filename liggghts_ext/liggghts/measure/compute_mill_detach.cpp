@@ -95,7 +95,7 @@ void ComputeMillDetach::compute_vector()
 
   double balls_in[3] = {0.0, 0.0, 0.0};
   for (int i = 0; i < atom->nlocal; ++i)
-    if (atom->mask[i] & groupbit) balls_in[static_cast<int>(track.record(i).state) - 1] += 1.0;
+    if (atom->mask[i] & groupbit) balls_in[static_cast<int>(track.state(i)) - 1] += 1.0;
   MPI_Allreduce(balls_in, out, 3, MPI_DOUBLE, MPI_SUM, world);
 }
 

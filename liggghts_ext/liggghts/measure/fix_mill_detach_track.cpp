@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
@@ -31,6 +32,7 @@ using millscale::Vector;
 namespace {
 
 constexpr int record_size = detachment::record_size;
+constexpr int all_balls = 0;  // the engine's first group
 // Bits of a mark: the contacts of a ball. `seen_` adds the pending events in units of
 // `pending_unit`.
 constexpr signed char on_wall = 1, on_groove = 2, in_contact = 4;
@@ -42,13 +44,6 @@ Record& record_in(double* row)
 {
   static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) == alignof(double));
   return *std::launder(reinterpret_cast<Record*>(row));
-}
-
-/// Prefetch all cache lines of a record.
-void prefetch_record(const double* row)
-{
-  constexpr int line = 8;  // numbers
-  for (int k = 0; k < record_size; k += line) __builtin_prefetch(row + k, 1);
 }
 
 /// Return whether a wall triangle belongs to the groove. Such a triangle lies in the outer half of
@@ -88,6 +83,7 @@ FixMillDetachTrack::FixMillDetachTrack(LAMMPS* lmp, int narg, char** arg)
   }
   seen_.assign(atom->nmax, unknown);
   carrier_.assign(atom->nmax, unknown);
+  flight_place_.resize(atom->nmax);
   for (int i = 0; i < atom->nlocal; ++i) set_arrays(i);
 }
 
@@ -162,52 +158,63 @@ void FixMillDetachTrack::end_of_step()
 struct FixMillDetachTrack::Now {
   double mill_angle, time;
   millscale::Turn back;
-  bool look;  ///< at the lifters that carry the balls
+  std::optional<detachment::TurnedGrooves> look;  ///< at the lifters that carry the balls
   detachment::Drive drive;
 };
 
 FixMillDetachTrack::Now FixMillDetachTrack::now() const
 {
   const double angle = mill_fix_->mill_angle();
-  return {angle,
-          mill_fix_->mill_time(),
-          millscale::Turn(-angle),
-          looks_at_carriers(),
-          {mill_fix_->speed_now(), mill_fix_->gravity()}};
+  return {
+      angle,
+      mill_fix_->mill_time(),
+      millscale::Turn(-angle),
+      looks_at_carriers() ? std::optional(detachment::TurnedGrooves(mill_, angle)) : std::nullopt,
+      {mill_fix_->speed_now(), mill_fix_->gravity()}};
 }
 
 void FixMillDetachTrack::observe_all()
 {
   const Now step = now();
   mark_contacts();
-  for (int i = 0; i < atom->nlocal; ++i) observe(i, atom->x[i], atom->v[i], step);
+  for (int i = 0; i < atom->nlocal; ++i) {
+    const double *x = atom->x[i], *v = atom->v[i];
+    observe({{x[0], x[1], x[2]}, atom->radius[i], {v[0], v[1], v[2]}, i}, step);
+  }
 }
 
 /// Advance the record of a ball whose contacts are marked.
-void FixMillDetachTrack::observe(int i, const double* position, const double* velocity,
-                                 const Now& step)
+void FixMillDetachTrack::observe(const millscale::kernels::Moment& ball, const Now& step)
 {
-  const bool changes = may_change(i, position);
-  if (!(changes || step.look) || !(atom->mask[i] & groupbit)) return;
+  const int i = ball.ball;
+  const bool changes = may_change(ball, step);
+  if (!(changes || step.look) || !of_group(i)) return;
   const detachment::Observation now{(marks_[i] & on_groove) != 0,
                                     (marks_[i] & on_wall) != 0,
                                     (marks_[i] & in_contact) != 0,
-                                    {position[0], position[1], position[2]},
-                                    {velocity[0], velocity[1], velocity[2]},
-                                    atom->radius[i],
+                                    {ball.position[0], ball.position[1], ball.position[2]},
+                                    {ball.velocity[0], ball.velocity[1], ball.velocity[2]},
+                                    ball.radius,
                                     step.mill_angle,
                                     step.time};
   if (changes) {
-    Record& ball = record_in(row(i));
-    count(detachment::observe(ball, mill_, now, step.back, gap_), ball);
-    seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(ball));
+    Record& record = record_in(row(i));
+    count(detachment::observe(record, mill_, now, step.back, gap_), record);
+    seen_[i] = marks_[i] + pending_unit * static_cast<signed char>(detachment::pending(record));
+    flight_place_[i] = record.flight_place;
   }
   if (!step.look) return;
   double carrier = carrier_[i];
-  detachment::follow_carrier(carrier, mill_, step.drive, now, gap_);
+  detachment::follow_carrier(carrier, mill_, *step.look, step.drive, now, gap_);
   if (carrier == carrier_[i]) return;
   carrier_[i] = static_cast<float>(carrier);
   record_in(row(i)).carrier = carrier;
+}
+
+/// Return whether a ball is of the group. Reads nothing for the group of all balls.
+bool FixMillDetachTrack::of_group(int i) const
+{
+  return igroup == all_balls || (atom->mask[i] & groupbit);
 }
 
 /// Mark the contacts of each ball.
@@ -270,19 +277,36 @@ void FixMillDetachTrack::end_step(const millscale::kernels::Advanced& found)
   constexpr int ahead = 6;  // records lie far apart in memory
   for (int k = 0; k < found.moments; ++k) {
     const millscale::kernels::Moment& ball = moments_[k];
-    if (k + ahead < found.moments) prefetch_record(row(moments_[k + ahead].ball));
-    observe(ball.ball, ball.position.data(), ball.velocity.data(), step);
+    if (k + ahead < found.moments) prefetch(moments_[k + ahead].ball);
+    observe(ball, step);
   }
+}
+
+/// Prefetch what an observation of the marked contacts needs of a ball.
+void FixMillDetachTrack::prefetch(int i) const
+{
+  constexpr int line = 8;  // numbers
+  const signed char seen = seen_[i];
+  if (seen != unknown && seen % pending_unit == marks_[i]) {
+    if (seen >= pending_unit) __builtin_prefetch(flight_place_.data() + i);
+    return;
+  }
+  const double* const record = row(i);
+  __builtin_prefetch(record, 1);
+  const bool all = seen == unknown || (seen & ~marks_[i] & (on_groove | in_contact));
+  for (int k = line; all && k < record_size; k += line) __builtin_prefetch(record + k, 1);
 }
 
 /// Return whether a ball's record can change at this step. Most records do not change at most
 /// steps, and reading a record is slow because records are long.
-bool FixMillDetachTrack::may_change(int i, const double* x) const
+bool FixMillDetachTrack::may_change(const millscale::kernels::Moment& ball, const Now& step) const
 {
+  const int i = ball.ball;
   if (seen_[i] == marks_[i]) return false;
   if (seen_[i] == unknown || seen_[i] % pending_unit != marks_[i]) return true;
   return detachment::may_confirm(static_cast<detachment::Pending>(seen_[i] / pending_unit), mill_,
-                                 {x[0], x[1], x[2]}, atom->radius[i], gap_);
+                                 {ball.position[0], ball.position[1], ball.position[2]}, step.back,
+                                 flight_place_[i], ball.radius, gap_);
 }
 
 void FixMillDetachTrack::count(const detachment::Confirmed& event, const Record& ball)
@@ -319,6 +343,12 @@ signed char FixMillDetachTrack::mesh_contacts(int i) const
     }
   }
   return marks;
+}
+
+detachment::State FixMillDetachTrack::state(int i) const
+{
+  if (seen_[i] == unknown) return static_cast<detachment::State>(record(i).state);
+  return detachment::state((seen_[i] & on_wall) != 0, (seen_[i] & in_contact) != 0);
 }
 
 const Record& FixMillDetachTrack::record(int i) const
@@ -363,6 +393,7 @@ void FixMillDetachTrack::grow_arrays(int nmax)
   FixPerBallRows::grow_arrays(nmax);
   seen_.resize(nmax, unknown);
   carrier_.resize(nmax, unknown);
+  flight_place_.resize(nmax);
 }
 
 void FixMillDetachTrack::copy_arrays(int i, int j, int delflag)
@@ -370,6 +401,7 @@ void FixMillDetachTrack::copy_arrays(int i, int j, int delflag)
   FixPerBallRows::copy_arrays(i, j, delflag);
   seen_[j] = seen_[i];
   carrier_[j] = carrier_[i];
+  flight_place_[j] = flight_place_[i];
 }
 
 int FixMillDetachTrack::unpack_exchange(int i, double* buffer)

@@ -37,6 +37,8 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   const millscale::kernels::ContactWatch& begin_pass();
 
   const millscale::detachment::Record& record(int i) const;
+  /// Return the state in the record of a ball. Reads the record only if its contacts are not known.
+  millscale::detachment::State state(int i) const;
   Statistics statistics_of_all_ranks() const;
   double mill_time() const;
 
@@ -54,7 +56,8 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   struct Now;
   Now now() const;
   void observe_all();
-  void observe(int i, const double* position, const double* velocity, const Now& step);
+  void observe(const millscale::kernels::Moment& ball, const Now& step);
+  bool of_group(int i) const;
   void forget(int i);
   void mark_walls(std::vector<signed char>& marks) const;
   void count(const millscale::detachment::Confirmed&, const millscale::detachment::Record&);
@@ -62,7 +65,8 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   void mark_contacts();
   double least_acceleration2() const;
   signed char mesh_contacts(int i) const;
-  bool may_change(int i, const double* position) const;
+  bool may_change(const millscale::kernels::Moment& ball, const Now& step) const;
+  void prefetch(int i) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
@@ -78,8 +82,10 @@ class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
   /// For each ball: its contacts at the last step and its pending events; -1: its record must be
   /// read.
   std::vector<signed char> seen_;
-  std::vector<float> carrier_;      ///< of the record, if known: records lie far apart in memory
-  std::vector<signed char> marks_;  ///< contacts of each ball at this step, as bits
+  // Parts of the record, if it is known: records lie far apart in memory.
+  std::vector<float> carrier_;
+  std::vector<millscale::Vector> flight_place_;
+  std::vector<signed char> marks_;       ///< contacts of each ball at this step, as bits
   std::vector<signed char> wall_marks_;  ///< those with walls, for the pass over the balls
   std::vector<signed char> never_seen_;  ///< marks that no ball has, to observe all balls
   std::vector<millscale::kernels::Moment> moments_;

@@ -1,6 +1,7 @@
 // The pass over the balls between two evaluations of the forces, bit by bit.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -25,6 +26,8 @@ struct Balls {
   std::vector<double> damping;
   std::vector<signed char> wall_marks, seen, marks;
   std::vector<Moment> moments;
+  std::vector<std::array<double, 3>> arrays[5];  ///< position, velocity, spin, force, torque
+  EndOfStep end{};
   ContactWatch watch{};
   Advance pass{};
 
@@ -87,6 +90,10 @@ struct Balls {
     pass.checks_speed = true;
     pass.speed_limit2 = 1e6;
     pass.watch = &watch;
+    for (auto& array : arrays) array.assign(balls + 1, {-1.0, -2.0, -3.0});
+    const auto three = [](auto& array) { return reinterpret_cast<double(*)[3]>(array.data()); };
+    end = {three(arrays[0]), three(arrays[1]), three(arrays[2]), three(arrays[3]),
+           three(arrays[4])};
   }
 };
 
@@ -97,6 +104,7 @@ struct Expected {
   std::vector<double> damping;
   std::vector<signed char> marks;
   std::vector<int> noticed;
+  std::vector<std::array<double, 3>> arrays[5];  ///< at the end of the step
   bool left = false;
 
   explicit Expected(const Balls& balls)
@@ -129,11 +137,18 @@ struct Expected {
       }
       marks.push_back(balls.wall_marks[i] | (square > 1e-12 * v.mass * v.mass ? in_contact : 0));
       if (marks.back() != balls.seen[i]) noticed.push_back(i);
-      for (int half = 0; half < 2; ++half)
+      arrays[0].push_back({x.x, x.y, x.z});
+      for (int half = 0; half < 2; ++half) {
         for (int d = 0; d < 3; ++d) {
           v.velocity[d] += balls.kick[i].linear * force[d];
           v.spin[d] += balls.kick[i].angular * torque[d];
         }
+        if (half == 1) continue;
+        arrays[1].push_back({v.velocity[0], v.velocity[1], v.velocity[2]});
+        arrays[2].push_back({v.spin[0], v.spin[1], v.spin[2]});
+      }
+      arrays[3].push_back({force[0], force[1], force[2]});
+      arrays[4].push_back({torque[0], torque[1], torque[2]});
       v.damping_share = dt * sum / v.mass;
       x.x += dt * v.velocity[0];
       x.y += dt * v.velocity[1];
@@ -205,6 +220,34 @@ TEST(Advance, HasTheBitsOfTheEngine)
           EXPECT_FALSE(found.fast);
           EXPECT_FALSE(found.moved);
         }
+}
+
+TEST(Advance, CopiesTheEndOfTheStepAndBeginsTheNextAlike)
+{
+  for (const Implementation* each : with_pass())
+    for (const bool single : {false, true})
+      for (const int count : {1, 4, 7, 98}) {
+        SCOPED_TRACE(std::string(each->name) + " of " + std::to_string(count));
+        Balls balls(count, single);
+        balls.pass.copy = &balls.end;
+        Expected expected(balls);
+        const Advanced found = each->advance(balls.pass);
+        expect_same(balls, expected);
+        ASSERT_EQ(found.moments, static_cast<int>(expected.noticed.size()));
+        for (int k = 0; k < found.moments; ++k) {
+          const Moment& moment = balls.moments[k];
+          EXPECT_EQ(moment.ball, expected.noticed[k]);
+          EXPECT_EQ(moment.radius, balls.pass.rows.position[moment.ball].radius);
+          for (int d = 0; d < 3; ++d) {
+            EXPECT_EQ(moment.position[d], expected.arrays[0][moment.ball][d]);
+            EXPECT_EQ(moment.velocity[d], expected.arrays[1][moment.ball][d]);
+          }
+        }
+        for (int k = 0; k < 5; ++k) {
+          expected.arrays[k].push_back({-1.0, -2.0, -3.0});  // beyond the last ball: untouched
+          EXPECT_EQ(balls.arrays[k], expected.arrays[k]) << k;
+        }
+      }
 }
 
 TEST(Advance, NoticesTheBallThatLeavesItsSkin)

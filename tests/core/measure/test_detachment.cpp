@@ -190,7 +190,7 @@ TEST(Observe, WhatMayNotConfirmChangesNothing)
   std::uniform_int_distribution<int> choice(0, 9);
   std::normal_distribution<double> step(0.0, 0.004);
   double radius = 1.0 - ball_radius, angle = 0.0;
-  int touches = 3, skipped = 0, waiting = 0;
+  int touches = 3, skipped = 0, waiting = 0, waiting_in_flight = 0, waiting_for_both = 0;
   Record always, sometimes;
   int last = -1;
   int confirmed = 0;
@@ -205,7 +205,10 @@ TEST(Observe, WhatMayNotConfirmChangesNothing)
     confirmed += event.liner_off + event.flight;
     const Pending before = pending(sometimes);
     waiting += before == Pending::liner;
-    if (touches == last && !may_confirm(before, mill(), now.position, ball_radius, 1.0)) {
+    waiting_in_flight += before == Pending::flight;
+    waiting_for_both += before == Pending::both;
+    if (touches == last && !may_confirm(before, mill(), now.position, millscale::Turn(-angle),
+                                        sometimes.flight_place, ball_radius, 1.0)) {
       ++skipped;
       EXPECT_FALSE(event.liner_off || event.flight);
     } else {
@@ -216,6 +219,8 @@ TEST(Observe, WhatMayNotConfirmChangesNothing)
   }
   EXPECT_GT(skipped, 5000);
   EXPECT_GT(waiting, 1000);
+  EXPECT_GT(waiting_in_flight, 100);
+  EXPECT_GT(waiting_for_both, 100);
   EXPECT_GT(confirmed, 100);
 }
 
@@ -226,6 +231,31 @@ TEST(Carrier, IsTheLifterOfTheGrooveABallRestsIn)
     Record ball;
     follow_carrier(ball.carrier, mill(), drive, among_balls(0.9, 0.3 + k * pitch, 0.3, 0.0), 1.0);
     EXPECT_EQ(ball.carrier, k);
+  }
+}
+
+TEST(Carrier, IsTheGrooveOfTheArctangentAlsoAtTheBorders)
+{
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (const auto& grooves : std::vector<millscale::liner::Grooves>{{1, 0.0},
+                                                                    {2, 0.3},
+                                                                    {3, 0.0},
+                                                                    {25, 0.1},
+                                                                    {1, 0.2, {-1.0}},
+                                                                    {8, 0.1, {-0.3, -0.1, 0.25}}}) {
+    Mill turned = mill();
+    turned.grooves = grooves;
+    for (int k = 0; k < 20000; ++k) {
+      const double mill_angle = 40.0 * unit(random);
+      const TurnedGrooves now(turned, mill_angle);
+      const double close = k % 2 ? 1e-14 * unit(random) : pi * unit(random);
+      const double psi = mill_angle + grooves.lifter_angle(k % grooves.count()) + close;
+      Vector position = turned.frame.vector({0.9 * std::sin(psi), 0.9 * std::cos(psi), 0.1});
+      const int expected = groove(turned, polar(turned, position).psi, mill_angle);
+      for (const int guess : {-1, expected, (expected + 1) % grooves.count(), grooves.count()})
+        ASSERT_EQ(now.at(turned, position, guess), expected) << grooves.count() << " " << k;
+    }
   }
 }
 
