@@ -11,7 +11,7 @@ from millscale.analysis.charge.steady import (
     MOST_DRIFT,
     Window,
     choose_window,
-    lifter_pitch,
+    pitch_of,
     standard_error,
     trend,
 )
@@ -69,7 +69,7 @@ def charge_result(case: Case, series: Series) -> ChargeResult:
     """
     angle, time = series["mill_angle_rad"], series["time_s"]
     scales = charge_scales(case, series)
-    pitch = lifter_pitch(case.mill.lifters)
+    pitch = pitch_of(case.mill)
     window = choose_window(
         angle,
         [series["centre_x_m"], series["kinetic_translation_J"]],

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from millscale.runs.case_file import Mill
+from millscale.runs.liner import liner_of
+
 # Stands for the pitch of a plain drum [rad]: near that of the paper's 25 lifters.
 DRUM_PITCH = 0.25
 # Fewer pitches do not show whether a charge is steady.
@@ -72,6 +75,14 @@ class Trend:
 def lifter_pitch(lifters: int) -> float:
     """Return the mill rotation after which the liner looks the same [rad]."""
     return 2.0 * math.pi / lifters if lifters else DRUM_PITCH
+
+
+def pitch_of(mill: Mill) -> float:
+    """Return the same of a mill; of a liner in one sector with lifters, such as a scan, the mean
+    angle from lifter to lifter [rad]."""
+    if mill.profile is not None and mill.lifters == 1:
+        return lifter_pitch(len(liner_of(mill).lifter_angles))
+    return lifter_pitch(mill.lifters)
 
 
 def choose_window(

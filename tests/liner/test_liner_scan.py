@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from liner_files import NOWHERE, families, trapezoids
+from millscale import _core
 from millscale.errors import CampaignError
 from millscale.liner.csv_table import read_csv
 from millscale.liner.given import Source, liner_from_file
@@ -97,3 +98,11 @@ def test_closed_scans_are_fitted_from_a_corner():
     found = simplified(closed, 2e-3)
     assert found.closed and found.pieces <= 4 * 8 + 2
     assert reached_error(closed, found) <= 2e-3
+
+
+def test_a_circle_within_the_tolerance_is_a_plain_drum(tmp_path):
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    rows = "".join(f"{R * np.cos(a)},{R * np.sin(a)}\n" for a in angle)
+    (tmp_path / "drum.csv").write_text("x_m,y_m\n" + rows)
+    drum = liner_from_file(Source(tmp_path / "drum.csv", tolerance=2e-3), R, 0.0).shape
+    assert isinstance(drum, _core.Lifters) and drum.lifters == 0 and drum.radius == R

@@ -31,7 +31,7 @@ MOST_PIECES = 2000
 CHORD_ERROR = 1e-4
 # Piece that leans by more than this from the circle around the axis: the face of a lifter [rad].
 LEAST_FACE = math.radians(20.0)
-# Relative to the radius: a liner that is nowhere higher has no lifters.
+# Relative to the radius: a liner that is nowhere higher, or within its tolerance, is a drum.
 LEAST_HEIGHT = 1e-6
 GROOVE, LEADING, TOP, TRAILING = range(4)
 CLOCKWISE, COUNTER = "clockwise", "counter-clockwise"
@@ -350,7 +350,7 @@ def _profile(pitch: Outline, pitches: int, placing: Placing) -> _core.Profile:
     """Return the profile of a pitch that runs in the direction of rotation."""
     radii = arc_radii(pitch)
     low, high = reach(pitch)
-    if high - low <= LEAST_HEIGHT * high:
+    if high - low <= max(LEAST_HEIGHT * high, placing.tolerance):
         return _core.Lifters(placing.radius, 0.0, 0.0, 0.0, 0, placing.phase)
     faces = _faces(pitch, high)
     first, centre = _first_piece(pitch, faces, pitches)
