@@ -5,8 +5,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
 from millscale.analysis import measures
 from millscale.analysis.charge.pair_errors import OF_DUMPS
@@ -18,6 +20,7 @@ from millscale.formats import duration, hundredths, number, percent
 from millscale.report import images, tables
 from millscale.report import overview as first_screen
 from millscale.report.comparison_images import comparison_images
+from millscale.report.interactive import Chart, packed, plotting_script, views_of
 from millscale.report.mill_drawing import MillDrawing, mill_drawing
 from millscale.runs.case_folder import verify_line
 from millscale.runs.untrusted import RunFolderError, understood
@@ -61,10 +64,23 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
     comparison, shown = campaign.comparison, _shown(campaign)
     screen = first_screen.overview(campaign, predict(campaign) if predict else ())
     quantities = first_screen.QUANTITIES
+    charts: list[Chart] = []
+    views = _views(campaign)
+
+    def chart_number(image: images.Image) -> int:
+        assert image.chart is not None
+        charts.append(image.chart)
+        return len(charts) - 1
+
     return (
         environment()
         .get_template("report.html.j2")
         .render(
+            plotly=plotting_script(),
+            script=Markup((PAGE / "report.js").read_text(encoding="utf-8")),
+            views=views,
+            chart_number=chart_number,
+            interactive_content=lambda: packed({"charts": charts, "views": views}),
             campaign=campaign,
             overview=screen,
             drawing=_drawing(campaign, screen),
@@ -97,6 +113,14 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
             bed=[x for x in shown if not x.of_result],
         )
     )
+
+
+def _views(campaign: Campaign) -> dict[str, dict[str, Any]]:
+    """Return the balls of the charges, where they have dumps."""
+    try:
+        return views_of(campaign.charges)
+    except RunFolderError:
+        return {}
 
 
 def _drawing(campaign: Campaign, screen: first_screen.Overview) -> MillDrawing:

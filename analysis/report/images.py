@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import base64
+import io
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image as Picture
 
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import Campaign
@@ -16,25 +18,36 @@ from millscale.analysis.single_ball import comparison
 from millscale.report.figures import charge as charge_figures
 from millscale.report.figures import single_ball as figures
 from millscale.report.figures.energy_budget import energy_budget_figure
+from millscale.report.interactive import Chart, chart_of
 from millscale.report.picture_process import draw_pictures
 from millscale.runs.untrusted import RunFolderError
 
-DPI = 170
+DPI = 140
+QUALITY = 80  # of the images in the page
 FINEST_PICTURES_RAD = 0.5
 MOST_PICTURES = 6
 
 
 @dataclass(frozen=True)
 class Image:
-    """A drawn image of the report."""
+    """A drawn image of the report.
+
+    Attributes:
+        chart: of `interactive.chart_of`; None where the image alone is shown.
+    """
 
     path: Path
     caption: str
+    chart: Chart | None = None
 
     @property
     def data(self) -> str:
-        """Return the file as a data URL, so that the page needs no other file."""
-        return "data:image/png;base64," + base64.b64encode(self.path.read_bytes()).decode()
+        """Return the file as a data URL of a smaller format, so that the page needs no other
+        file."""
+        small = io.BytesIO()
+        with Picture.open(self.path) as picture:
+            picture.save(small, "WEBP", quality=QUALITY, method=4)
+        return "data:image/webp;base64," + base64.b64encode(small.getvalue()).decode()
 
 
 @dataclass(frozen=True)
@@ -156,4 +169,4 @@ def save_image(figure: Figure, path: Path, caption: str) -> Image:
         figure.set_layout_engine("none")
     with path.open("wb") as file:
         canvas.print_png(file)
-    return Image(path, caption)
+    return Image(path, caption, chart_of(figure))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib import colormaps, rc_context
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -14,7 +14,7 @@ from millscale.analysis.measures import COMMON_ANGLES
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.shapes.cross_section import liner_outline
 from millscale.analysis.single_ball.comparison import SingleBallRow, by_policy
-from millscale.report.figures.style import STYLE
+from millscale.report.figures.style import STYLE, colour_of_S
 from millscale.runs.series import Series
 
 POLICY_MARKS = {
@@ -43,9 +43,9 @@ def trajectories(balls: Sequence[SingleBall], over_radius: bool = False) -> Figu
     with rc_context(STYLE):
         figure = Figure(figsize=(4.8, 5.0), layout="constrained")
         axes = figure.add_subplot()
-        for ball, colour in zip(balls, _colours(len(balls)), strict=True):
+        for ball in balls:
             unit = ball.case.mill.radius_m if over_radius else 1.0
-            _trajectory(axes, ball, colour, unit)
+            _trajectory(axes, ball, colour_of_S(ball.S), unit)
         axes.set_aspect("equal")
         unit_name = "/ R" if over_radius else "[m]"
         axes.set(xlabel=f"x {unit_name}", ylabel=f"z {unit_name}")
@@ -65,7 +65,8 @@ def energy_curves(balls: Sequence[SingleBall], over_prediction: bool = False) ->
     with rc_context(STYLE):
         figure = Figure(figsize=(5.2, 5.2), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True)
-        for ball, colour in zip(balls, _colours(len(balls)), strict=True):
+        for ball in balls:
+            colour = colour_of_S(ball.S)
             series, first = ball.series, first_cycle(ball)
             factor = ball.case.predicted_energy_ratio if over_prediction else 1.0
             angle = series["mill_angle_rad"][first]
@@ -195,7 +196,3 @@ def _ratio_points(all_axes: Sequence[Axes], points: list[tuple[float, float]], l
     upper, lower = all_axes
     upper.plot(predicted, ratio, ls="none", ms=5.5, **look)
     lower.plot(predicted, 100.0 * (ratio / predicted - 1.0), ms=5.5, lw=0.8, alpha=0.9, **look)
-
-
-def _colours(count: int) -> np.ndarray:
-    return colormaps["viridis"](np.linspace(0.0, 0.82, max(count, 1)))

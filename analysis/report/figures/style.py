@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import numpy as np
 from matplotlib import colormaps
 from matplotlib.axis import Axis
+from matplotlib.colors import to_hex
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from millscale.analysis.finished import Finished
 
+LARGEST_S = 6.5
+LIGHTEST = 0.62  # of the scale: lighter colours are hard to see on white
 STYLE = {
     "font.size": 9.5,
     "axes.spines.top": False,
@@ -47,9 +49,16 @@ def dashes_of_states(cases: Iterable[Finished]) -> dict[str, Any]:
     return {state: _STATES[i % len(_STATES)] for i, state in enumerate(states)}
 
 
+def colour_of_S(S: float) -> str:
+    """Return the colour of scaled mills of an S in every figure: black for the physical mill, then
+    from blue to orange. Each has a contrast of 3 or more on white."""
+    if S <= 1.0:
+        return "#000000"
+    # 1 - 1/S tells small S apart and ends; beyond LARGEST_S nothing is simulated.
+    place = min(1.0, (1.0 - 1.0 / S) / (1.0 - 1.0 / LARGEST_S))
+    return to_hex(colormaps["plasma"](LIGHTEST * place))
+
+
 def shade_of_each_S(cases: Iterable[Finished]) -> dict[float, Any]:
-    """Return a colour for each S of some cases; the physical mill's is black."""
-    known = {case.S: case.is_physical for case in cases}
-    scaled = sorted(S for S, is_physical in known.items() if not is_physical)
-    shades = colormaps["viridis"](np.linspace(0.85, 0.15, len(scaled)))
-    return dict.fromkeys(known, "black") | dict(zip(scaled, map(tuple, shades), strict=True))
+    """Return the colour of each S of some cases."""
+    return {case.S: colour_of_S(1.0 if case.is_physical else case.S) for case in cases}
