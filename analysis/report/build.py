@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
@@ -64,8 +63,9 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
     comparison, shown = campaign.comparison, _shown(campaign)
     screen = first_screen.overview(campaign, predict(campaign) if predict else ())
     quantities = first_screen.QUANTITIES
+    speeds = mill_rows(comparison.rows)
     charts: list[Chart] = []
-    views = _views(campaign)
+    views = views_of(campaign.charges)
 
     def chart_number(image: images.Image) -> int:
         assert image.chart is not None
@@ -102,25 +102,29 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
             charge_overview=images.charge_overview(campaign, folder),
             charges=[images.charge_images(charge, folder) for charge in campaign.charges],
             shapes=comparison_images(comparison, folder),
-            speeds=mill_rows(comparison.rows),
+            speeds=speeds,
+            has_speed_up=any(mill.speed_up is not None for mill in speeds),
             statements=tables.statements(campaign),
             of_paper=campaign.of_paper,
             paper=paper,
             measures=measures,
-            errors=SHOWN,
-            of_dumps=OF_DUMPS,
+            # Columns that hold a number: of a campaign of one S every error is a dash.
+            errors=[x for x in SHOWN if any(m.errors[x.name].mean is not None for m in speeds)],
+            errors_of_schemes=[
+                x
+                for x in SHOWN
+                if any(row.errors.steady(x.name) is not None for row in comparison.schemes)
+            ],
+            errors_of_dumps=[
+                x
+                for x in SHOWN
+                if x.name in OF_DUMPS
+                and any(row.errors.values[x.name] is not None for row in comparison.rows)
+            ],
             means=[x for x in shown if x.of_result],
             bed=[x for x in shown if not x.of_result],
         )
     )
-
-
-def _views(campaign: Campaign) -> dict[str, dict[str, Any]]:
-    """Return the balls of the charges, where they have dumps."""
-    try:
-        return views_of(campaign.charges)
-    except RunFolderError:
-        return {}
 
 
 def _drawing(campaign: Campaign, screen: first_screen.Overview) -> MillDrawing:

@@ -136,3 +136,7 @@ def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
         figure = shape_figures.mass_flow(own)
         caption = images.caption("Fig. 14", words(scheme))
         images.flow.append(save_image(figure, to / f"fig14-{scheme}.png", caption))
+        folded = shape_figures.mass_flow_over_pitch(own)
+        if folded:
+            caption = f"{words(scheme)}: mean over the steady lifter pitches, the box at rest"
+            images.flow.append(save_image(folded, to / f"mass-over-pitch-{scheme}.png", caption))

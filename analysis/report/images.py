@@ -116,16 +116,17 @@ def charge_overview(campaign: Campaign, to: Path) -> Image | None:
 
 def charge_images(charge: Charge, to: Path) -> ChargeFigures:
     """Draw pictures (Figs. 9 and 10) and time series of one multi-ball case."""
+    of = f"{charge.id}, {charge.balls:,} balls, seed {charge.seed}"
     series = [
         save_image(
             charge_figures.charge_series([charge], dimensionless=False),
             to / f"{charge.id}-series.png",
-            "energies, torque, power, centre of mass",
+            f"{of}: energies, torque, power, centre of mass",
         ),
         save_image(
             charge_figures.charge_states(charge),
             to / f"{charge.id}-states.png",
-            "balls on the wall, in the bed and in flight",
+            f"{of}: balls on the wall, in the bed and in flight",
         ),
     ]
     if charge.result.ledger is not None:
@@ -133,7 +134,7 @@ def charge_images(charge: Charge, to: Path) -> ChargeFigures:
             save_image(
                 energy_budget_figure(charge.result.ledger),
                 to / f"{charge.id}-ledger.png",
-                "dissipation by cause, and the impacts of a revolution by energy",
+                f"{of}: dissipation by cause, and the impacts of a revolution by energy",
             )
         )
     try:

@@ -25,6 +25,7 @@ from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.cross_section import liner_outline
 from millscale.analysis.shapes.snapshots import snapshots_near
 from millscale.runs.dumps import read_dump
+from millscale.runs.untrusted import RunFolderError
 
 # A line of more points is thinned: the page has fewer pixels.
 MOST_POINTS = 700
@@ -40,6 +41,8 @@ _SYMBOLS = {
     ".": "circle",
     "D": "diamond",
 }
+
+VELOCITY = ("vx", "vy", "vz")
 
 Chart = dict[str, Any]
 
@@ -79,7 +82,7 @@ def chart_of(figure: Figure) -> Chart | None:
 
 
 def _panel(axes: Axes) -> dict[str, Any]:
-    lines = [_line(line, axes) for line in axes.lines]
+    lines = [_line(line, axes) for line in sorted(axes.lines, key=Line2D.get_zorder)]
     for collection in axes.collections:
         if isinstance(collection, ContourSet):
             lines += _contours(collection)
@@ -130,7 +133,7 @@ def _contours(found: ContourSet) -> list[dict[str, Any]]:
     lines = []
     for path in found.get_paths():
         for polygon in path.to_polygons(closed_only=False):
-            x, y = polygon.T
+            x, y = np.asarray(polygon, float).T
             lines.append(
                 {"x": _rounded(x), "y": _rounded(y), "name": "", "color": colour, "dash": "solid",
                  "width": 1.5, "mode": "lines", "symbol": "circle", "size": 4.0}
@@ -150,7 +153,10 @@ def views_of(charges: Sequence[Charge]) -> dict[str, dict[str, Any]]:
         frames = min(MOST_FRAMES, (MOST_BALLS - balls) // max(charge.balls, 1))
         if frames < 2:
             break
-        found[charge.id] = view_of(charge, frames)
+        try:
+            found[charge.id] = view_of(charge, frames)
+        except RunFolderError:
+            continue  # without dumps, or without velocities in them
         balls += charge.balls * frames
     return found
 
@@ -161,15 +167,17 @@ def view_of(charge: Charge, frames: int) -> dict[str, Any]:
     Positions are shares of R in 16 bits, speeds shares of the largest in 8 bits, both base64.
 
     Raises:
-        RunFolderError: a dump is missing or damaged.
+        RunFolderError: a dump is missing or damaged, or has no velocities.
     """
     mill = charge.case.mill
     R, speed_scale = mill.radius_m, mill.omega_rad_s * mill.radius_m
     angles = np.linspace(0.0, charge.result.rotation_angle_rad, frames)
     snapshots = snapshots_near(charge.folder, angles.tolist())
     dumps = [read_dump(snapshot.path) for snapshot in snapshots]
+    if any(name not in dump.columns for dump in dumps for name in VELOCITY):
+        raise RunFolderError(snapshots[0].path, "has no velocities", "run the case again")
     speeds = [
-        np.linalg.norm(np.column_stack([dump[x] for x in ("vx", "vy", "vz")]), axis=1) / speed_scale
+        np.linalg.norm(np.column_stack([dump[x] for x in VELOCITY]), axis=1) / speed_scale
         for dump in dumps
     ]
     top = max(float(np.percentile(speed, 99.5)) for speed in speeds) or 1.0

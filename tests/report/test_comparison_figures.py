@@ -184,3 +184,23 @@ def test_a_scheme_without_the_physical_mill_of_its_own_is_drawn_with_the_other_s
     }
     assert by_scheme([physical, third, own])["constant-speed"] == [own, third]
     assert by_scheme([half, third])["constant-speed"] == [third]
+
+
+def test_mass_flow_over_a_pitch_is_the_mean_of_the_pitches_less_the_reference(
+    comparison, monkeypatch
+):
+    charges = comparison.charges.every[:3]
+    rows = {charge: i for i, charge in enumerate(charges)}
+
+    def masses(charge):
+        """Two pitches of shares that a linear phase and the charge make known."""
+        wave = np.linspace(0.01, 0.02, shape_figures.PHASES) + 0.001 * rows[charge]
+        return np.array([wave - 0.002, wave + 0.002])
+
+    monkeypatch.setattr(shape_figures, "pitch_masses", masses)
+    upper, lower = shape_figures.mass_flow_over_pitch(charges).axes
+    assert [line.get_ydata()[0] for line in upper.lines] == pytest.approx([1.0, 1.1, 1.2])
+    for i, line in enumerate(lower.lines):
+        assert line.get_ydata() == pytest.approx(np.full(shape_figures.PHASES, 0.1 * i), abs=1e-9)
+    monkeypatch.setattr(shape_figures, "pitch_masses", lambda charge: None)
+    assert shape_figures.mass_flow_over_pitch(charges) is None

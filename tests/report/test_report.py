@@ -53,6 +53,8 @@ class Page(HTMLParser):
         self.in_paper = False
 
     def handle_data(self, data):
+        if self.open and self.open[-1] in ("script", "style"):
+            return
         self.text += data
         if self.in_paper:
             self.of_paper.append(data)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
+from millscale.analysis.charge.groove_flow import PHASES, pitch_masses
 from millscale.analysis.charge.measured import Measured
 from millscale.analysis.finished import Charge
 from millscale.analysis.paper import numbers as paper
@@ -35,7 +36,7 @@ def looks_of(charges: Sequence[Charge]) -> dict[Charge, dict]:
             "ls": states.get(
                 charge.state, DASHES[charge.stiffness] if charge.policy == "paper" else DOTS
             ),
-            "zorder": 2 if charge.is_physical else 3,
+            "zorder": 4 if charge.is_physical else 3,  # the reference on top
         }
         for charge in charges
     }
@@ -127,6 +128,32 @@ def mass_flow(charges: Sequence[Charge]) -> Figure:
             axes.set_ylabel(f"mass in the box [%]\n{frame} frame")
             axes.set_ylim(bottom=0.0)
         panels[-1].set_xlabel("mill rotation angle [rad]")
+        _share_legend(figure)
+    return figure
+
+
+def mass_flow_over_pitch(charges: Sequence[Charge]) -> Figure | None:
+    """Return the mass in the box at rest over one lifter pitch, the mean over the steady pitches,
+    and below it the difference from the first of the charges; None without enough pitches."""
+    masses = {charge: found for charge in charges if (found := pitch_masses(charge)) is not None}
+    if not masses:
+        return None
+    look, reference = looks_of(charges), next(iter(masses))
+    phase = (np.arange(PHASES) + 0.5) / PHASES
+    several = len(masses) > 1
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.6, 4.8 if several else 3.0), layout="constrained")
+        panels = figure.subplots(1 + several, 1, sharex=True, squeeze=False)[:, 0]
+        for charge, found in masses.items():
+            percent = 100.0 * found.mean(axis=0)
+            panels[0].plot(phase, percent, **look[charge], label=charge.label)
+            if several:
+                difference = percent - 100.0 * masses[reference].mean(axis=0)
+                panels[1].plot(phase, difference, **look[charge])
+        panels[0].set_ylabel("mass in the box [%]")
+        if several:
+            panels[1].set_ylabel(f"less that of\n{reference.label} [%]")
+        panels[-1].set_xlabel("share of a lifter pitch [-]")
         _share_legend(figure)
     return figure
 
