@@ -9,6 +9,7 @@ from millscale import _core
 from millscale.campaign.campaign import Campaign, CampaignPart
 from millscale.campaign.keys import FRICTION_MATCHED, POLICIES, SCHEMES
 from millscale.errors import CampaignError
+from millscale.liner.sector import ROUNDING
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def _planned(
     except ValueError as cause:
         key = f"scaling (scheme {scheme}, policy {policy}, S = {S:g})"
         raise CampaignError(campaign.file, key, str(cause)) from None
-    _check_radius(campaign, policy, S, liner, scaled.mill.radius)
+    liner = _of_radius(campaign, policy, S, liner, scaled.mill.radius)
     length = campaign.mill.length / S
     piece = part.charge.slice_length if part.charge else None
     _check_length(campaign, S, piece or length)
@@ -139,12 +140,18 @@ def _planned(
     )
 
 
-def _check_radius(
+def _of_radius(
     campaign: Campaign, policy: str, S: float, liner: _core.Profile, radius: float
-) -> None:
-    """Refuse a liner whose radius is not that of the scaled mill: its offset moves corners more
-    than arcs around the axis."""
-    if abs(liner.radius - radius) > 1e-9 * radius:
+) -> _core.Profile:
+    """Return a liner with the radius of the scaled mill, as the engine needs it.
+
+    An offset moves a corner, and an arc that is not around the axis, by more than the ball's
+    radius. A liner that is off by a thousandth is scaled; more is refused.
+    """
+    off = abs(liner.radius / radius - 1.0)
+    if 1e-9 < off <= ROUNDING:
+        return liner.scaled(liner.radius / radius)
+    if off > ROUNDING:
         raise CampaignError(
             campaign.file,
             "scaling.policies",
@@ -152,6 +159,7 @@ def _check_radius(
             f"mill of {radius:.9g} m, because it is farthest from the axis at a corner",
             "other policies, or a liner that is farthest from the axis along an arc",
         )
+    return liner
 
 
 def _time_factor(campaign: Campaign, S: float) -> float:
