@@ -10,7 +10,7 @@ from paper_campaign import CAMPAIGNS
 
 def content() -> dict[str, dict[str, Any]]:
     """Return the content of its campaign file: a single ball at three S with every policy, and the
-    energy budget of thin slices of a charge at two S, one of them with two seeds."""
+    energy budget of thin slices of a charge at two S."""
     campaign = tomllib.loads((CAMPAIGNS / "quick.toml").read_text(encoding="utf-8"))
     campaign["campaign"] = {"name": "small-quick"}
     campaign["ball"]["radius_m"] = 0.035
@@ -21,11 +21,9 @@ def content() -> dict[str, dict[str, Any]]:
         "filling": 0.25,
         "slice_diameters": 3.0,
         "settle_s": 0.8,
-        "rotation_angle_rad": 11.0,
+        "rotation_angle_rad": 8.0,
         "step_s": 2.9e-4,
-        "dump_angle_rad": 0.25,
+        "dump_angle_rad": 0.5,
         "ledger": True,
-        "seeds": [1, 2],
-        "seeds_from_S": 3.0,
     }
     return campaign
