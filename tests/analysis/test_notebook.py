@@ -20,7 +20,7 @@ each = pytest.mark.parametrize("path", NOTEBOOKS, ids=NAMES)
 SHOWN = {
     "1_single_ball": (7, ("constant-gravity", "offset-liner")),
     "2_charge": (3, ("contour_error_mean", "mb-cg-paper-S2.600")),
-    "3_energy": (5, ("residual", "M g R omega", "Morrell")),
+    "3_energy": (4, ("residual", "M g R omega", "Morrell")),
     "4_speed_against_error": (1, ("the study recommends", "millscale study")),
     "5_physical_mill": (2, ("Physical mill: radius 3.9 m", r"[\d.]+ kW, [\d.]+ to [\d.]+ kW")),
     "6_your_own_mill": (2, ("unknown key, nearest is speed_rpm", "sb-cg-paper-S1.500")),
