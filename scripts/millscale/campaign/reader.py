@@ -127,14 +127,16 @@ def read_section(
     respelled = _respelled(path, section, plain, known, mistakes)
     values: dict[str, Any] = {}
     unknown = [word for word in plain if word not in known and not spelling_of(word, known)]
+    misspelt = set()
     for word in _few(path, section, unknown, mistakes):
         mistakes.found.append(unknown_word(path, word, section, {**known, **tables}))
+        misspelt.add(_nearest_key(word, known)[0])
     for name, key in known.items():
         where = f"{section}.{name}"
         with mistakes.collected():
-            if name in respelled:
-                # A value that is not accepted is a mistake already.
-                values[name] = respelled[name]
+            if name in respelled or name in misspelt:
+                # A value that is not accepted, and a misspelt key, are mistakes already.
+                values[name] = respelled.get(name)
             elif key.default is REQUIRED:
                 raise CampaignError(path, where, "missing", f"{key.accepted()} ({key.meaning})")
             else:
@@ -347,18 +349,35 @@ def _place(text: str, index: int) -> str:
 def unknown_word(path: Path, word: str, section: str, known: Mapping[str, object]) -> CampaignError:
     """Return the error of an unknown section or key, naming the nearest known one and its units."""
     where = f"{section}.{word}" if section else word
-    quantity, unit = split_unit(word)
-    spelled = {name: [name] for name in known}
-    for name, key in known.items():
-        spelled[name] += spellings_of(name, key) if isinstance(key, Key) else []
-    for some in spelled.values():
-        if unit and word.lower() not in some and quantity in {split_unit(one)[0] for one in some}:
-            cause = f"wrong unit '{unit[1:]}', nearest is {some[0]}"
-            return CampaignError(path, where, cause, ", ".join(some))
-    words = [one for some in spelled.values() for one in some]
-    near = word.lower() if word.lower() in words else nearest(word, words)
-    cause = ("unknown key" if section else "unknown section") + (near and f", nearest is {near}")
+    near, spelling = _nearest_key(word, known)
+    if near and split_unit(word)[0] == split_unit(spelling)[0] != word:
+        spelled = _spelled(near, known)
+        if word.lower() not in spelled:
+            cause = f"wrong unit '{split_unit(word)[1][1:]}', nearest is {near}"
+            return CampaignError(path, where, cause, ", ".join(spelled))
+    cause = "unknown key" if section else "unknown section"
+    cause += f", nearest is {spelling}" if near else ""
     return CampaignError(path, where, cause, _listed(known))
+
+
+def _nearest_key(word: str, known: Mapping[str, object]) -> tuple[str, str]:
+    """Return the known key that a word is most like, and which spelling of it; empty if none."""
+    quantity, unit = split_unit(word)
+    keys = {name: name for name in known}
+    for name in known:
+        for spelling in _spelled(name, known):
+            keys.setdefault(spelling, name)
+    same = [one for one in keys if unit and split_unit(one)[0] == quantity]
+    if word.lower() in keys:
+        same = [word.lower()]
+    spelling = same[0] if same else nearest(word, keys)
+    return keys.get(spelling, ""), spelling
+
+
+def _spelled(name: str, known: Mapping[str, object]) -> list[str]:
+    """Return every spelling of a key, the declared one first; a section has its name alone."""
+    key = known[name]
+    return [name, *(spellings_of(name, key) if isinstance(key, Key) else ())]
 
 
 def read_value(path: Path, where: str, key: Key, value: Any) -> Any:
