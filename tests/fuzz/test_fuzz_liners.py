@@ -5,7 +5,10 @@ from mutations import as_saved_elsewhere, damaged
 from trials import NUMBERS, run
 
 from liner_files import families, trapezoids, write_csv, write_dxf
+from millscale.campaign.build import load_campaign
+from millscale.cases.case import cases_of
 from millscale.liner.given import Source, liner_from_file
+from small_campaign import TEXT
 
 
 def read_as(ending, **more):
@@ -69,3 +72,36 @@ def test_shells(tallies, number, tmp_path):
     text = (tmp_path / "good.stl").read_bytes()
     read = read_as("stl", unit="m")
     run(tallies, "liner shell", number, damaged([text]), read, tmp_path)
+
+
+ROWS = """[liner]
+lifters = 12
+[[liner.row]]
+height_mm = 60
+top_width_mm = 50
+leading_angle_deg = 14
+[[liner.row]]
+height_m = 0.03
+top_width_mm = 50
+trailing_angle_deg = 30
+edge_radius_mm = 5
+"""
+PRESETS = (
+    'preset = "wave"\nlifters = 12\nlifter_height_m = 0.06\n',
+    'preset = "step"\nlifters = 10\nlifter_height_m = 0.05\nedge_radius_mm = 4\n',
+    'preset = "ship-lap"\nlifters = 8\nlifter_height_m = 0.05\nlifter_top_width_m = 0.06\n',
+)
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+def test_campaigns_with_rows_and_presets(tallies, number, tmp_path):
+    head, _, tail = TEXT.partition("[liner]")
+    rest = "\n[ball]" + tail.partition("[ball]")[2]
+    texts = [f"{head}{ROWS}{rest}", *(f"{head}[liner]\n{keys}{rest}" for keys in PRESETS)]
+
+    def read(folder, data):
+        (folder / "c.toml").write_bytes(data)
+        cases_of(load_campaign(folder / "c.toml"))
+
+    inputs = damaged([text.encode() for text in texts])
+    run(tallies, "campaign with a liner", number, inputs, read, tmp_path)
