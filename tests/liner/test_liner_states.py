@@ -72,6 +72,9 @@ def test_a_mill_is_compared_with_the_physical_mill_of_its_state(campaign, tmp_pa
         assert compared.reference_of(charge).state == charge.state
         assert compared.reference_of(charge).is_physical
     assert len({mill_name(charge) for charge in charges}) == 4
+    # Without its own physical mill, a worn mill is not compared with the new one.
+    left = Charges(tuple(charges[:2] + charges[3:]))
+    assert left.reference_of(charges[3]) is charges[3]
     assert [charge.label for charge in charges][2:] == ["S = 1, worn", "S = 2, worn"]
 
 
