@@ -148,7 +148,7 @@ def test_a_plain_drum_is_filled_to_a_usual_level():
 
 def test_the_data_file_holds_the_packing_exactly(tmp_path):
     packing = packed(MIXED, 50, 0.1)
-    write_data(packing, 2678.0, 1.54, tmp_path / "charge.data")
+    write_data(packing, [2678.0], 1.54, tmp_path / "charge.data")
     text = (tmp_path / "charge.data").read_text()
     header, _, body = text.partition("Atoms\n\n")
     assert "50 atoms\n" in header

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from millscale import _core
+from millscale.campaign.ball_classes import with_classes, with_materials
 from millscale.campaign.campaign import (
     Ball,
     Campaign,
@@ -75,6 +76,10 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     """
     mistakes = Mistakes()
     sections = checked_sections(path, tree, mistakes)
+    if "ball" in sections:
+        stated = sections.pop("ball")
+        with mistakes.collected():
+            sections["ball"] = with_classes(path, stated)
 
     def built(make: Callable[..., Built], *names: str) -> Built | None:
         """Return what sections make; None after a mistake in them, which is kept."""
@@ -90,6 +95,9 @@ def campaign_of(path: Path, tree: Section) -> Campaign:
     material = built(_material, "material")
     wall = built(_wall, "wall", "ball", "mill")
     contacts = built(_contacts, "model")
+    if ball and material and sections["ball"]["class"]:
+        with mistakes.collected():
+            ball = with_materials(ball, sections["ball"]["class"], material, path)
     parts = []
     for kind in KINDS:
         if mill and sections.keys() >= {kind, "ball", "scaling", "wall", "model", "speed"}:
@@ -380,7 +388,13 @@ def _ball(path: Path, ball: Section) -> Ball:
             f"got {ball['radius_std_m']:g}: the smallest ball would be under a fifth of the mean",
             f"less than {0.8 * ball['radius_m'] / ball['truncation']:g}, or a smaller truncation",
         )
-    return Ball(ball["radius_m"], ball["density_kg_m3"], ball["radius_std_m"], ball["truncation"])
+    return Ball(
+        ball["radius_m"],
+        ball["density_kg_m3"],
+        ball["radius_std_m"],
+        ball["truncation"],
+        ball["classes"],
+    )
 
 
 def _material(path: Path, material: Section) -> Material:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -77,13 +78,56 @@ class LinerState:
 
 
 @dataclass(frozen=True)
+class BallClass:
+    """Balls of one size and material.
+
+    Attributes:
+        share: of all balls, by number.
+        material: None for that of the campaign.
+    """
+
+    radius: float
+    density: float
+    share: float
+    material: Material | None = None
+
+    @property
+    def volume(self) -> float:
+        """Volume of a ball [m^3]."""
+        return 4.0 / 3.0 * math.pi * self.radius**3
+
+
+@dataclass(frozen=True)
 class Ball:
-    """Balls, the same in every planned mill. Radii are normal, cut at `truncation` deviations."""
+    """Balls, the same in every planned mill. Radii are normal, cut at `truncation` deviations.
+
+    Attributes:
+        radius: a, the mean; with classes the mean by mass, sum m a / sum m.
+        classes: of several sizes or materials; none: all balls are of one kind.
+    """
 
     radius: float
     density: float
     radius_std: float
     truncation: float
+    classes: tuple[BallClass, ...] = ()
+
+    @property
+    def smallest(self) -> float:
+        """Smallest radius [m]."""
+        radii = [one.radius for one in self.classes]
+        return min(radii) if radii else self.radius - self.radius_std * self.truncation
+
+    @property
+    def largest(self) -> float:
+        """Largest radius [m]."""
+        radii = [one.radius for one in self.classes]
+        return max(radii) if radii else self.radius + self.radius_std * self.truncation
+
+    @property
+    def mean_by_number(self) -> float:
+        """Mean radius by number of balls [m]."""
+        return sum(one.share * one.radius for one in self.classes) or self.radius
 
 
 @dataclass(frozen=True)

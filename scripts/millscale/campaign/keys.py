@@ -254,7 +254,10 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
         **_of_a_file(),
     },
     "ball": {
-        "radius_m": _positive("a, mean ball radius [m]", REQUIRED),
+        "radius_m": _positive("a, mean ball radius [m]; or classes, sizes, a top-up size"),
+        "sizes": Key("text", "file with a table of the classes, beside the campaign, .csv"),
+        "top_up_radius_m": _positive("radius of the balls added to Bond's equilibrium charge [m]"),
+        "top_up_classes": Key("integer", "classes of that charge", 4, least=2, most=20),
         "density_kg_m3": _positive("density [kg/m^3]", REQUIRED),
         "radius_std_m": Key(
             "number", "standard deviation of normally distributed radii, multi-ball [m]",
@@ -425,6 +428,26 @@ TABLES: Final[dict[str, Table]] = {
             **_of_a_file(),
         },
         most=20,
+    ),
+    "ball.class": Table(
+        "balls of one size and material",
+        {
+            "radius_m": _positive("radius of the balls [m]", REQUIRED),
+            "mass_share": Key("number", "of the mass of all balls", above=0.0, most=1.0),
+            "count_share": Key("number", "or of their number", above=0.0, most=1.0),
+            "density_kg_m3": _positive("density; default: that of [ball] [kg/m^3]"),
+            "youngs_modulus_pa": _positive("own E; default: that of [material] [Pa]"),
+            "poisson_ratio": Key("number", "own nu", least=0.0, most=0.5),
+            "restitution_pp": Key("number", "own restitution", least=0.05, most=1.0),
+            "restitution_pw": Key("number", "own restitution with walls", least=0.05, most=1.0),
+            "static_friction_pp": Key("number", "own friction", least=0.0, most=10.0),
+            "static_friction_pw": Key("number", "own friction with walls", least=0.0, most=10.0),
+            "rolling_friction_pp": Key("number", "own rolling friction", least=0.0, most=1.0),
+            "rolling_friction_pw": Key(
+                "number", "own rolling friction with walls", least=0.0, most=1.0
+            ),
+        },
+        most=100,
     ),
     "speed": Table(
         "a change of the speed",

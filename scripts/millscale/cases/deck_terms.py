@@ -94,8 +94,17 @@ def statements_of(terms: list[Term]) -> Modelled:
     )
 
 
+def _largest(campaign: Campaign, name: str) -> float:
+    """Return the largest coefficient of a name, of any class of balls or end wall."""
+    materials = [campaign.material, *(one.material for one in campaign.ball.classes)]
+    found = [getattr(material, name) for material in materials if material]
+    if name.endswith("_pw"):
+        found.append(getattr(campaign.mill, f"end_{name.removesuffix('_pw')}") or 0.0)
+    return float(max(found))
+
+
 def _rolling(campaign: Campaign, pair: str) -> Term:
-    coefficient = getattr(campaign.material, f"rolling_friction_{pair}")
+    coefficient = _largest(campaign, f"rolling_friction_{pair}")
     return Term(
         "rolling",
         f"rolling friction {BETWEEN[pair]}, a directional constant torque (cdt)",
@@ -108,7 +117,7 @@ def _rolling(campaign: Campaign, pair: str) -> Term:
 
 def _history(campaign: Campaign, pair: str) -> Term:
     """Return the term of the tangential model; the engine has both models precompiled."""
-    coefficient = getattr(campaign.material, f"static_friction_{pair}")
+    coefficient = _largest(campaign, f"static_friction_{pair}")
     needed, reason = coefficient > 0.0, "no slip until mu F_n; sets lift and detachment"
     if not needed:
         reason = f"static_friction_{pair} is 0: no tangential force to remember"

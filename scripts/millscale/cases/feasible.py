@@ -42,7 +42,13 @@ def check_mill(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list
     with mistakes.collected():
         warnings += _softness(campaign, planned, limits)
     mistakes.raise_all()
-    return [*warnings, *_thin(campaign, planned), *_short(planned), *_ends(campaign, planned)]
+    return [
+        *warnings,
+        *_thin(campaign, planned),
+        *_short(planned),
+        *_ends(campaign, planned),
+        *_law_radius(campaign, planned),
+    ]
 
 
 def _grooves(campaign: Campaign, planned: PlannedMill) -> list[str]:
@@ -87,7 +93,7 @@ def _largest_scale(campaign: Campaign, planned: PlannedMill, diameter: float) ->
 
 def _softness(campaign: Campaign, planned: PlannedMill, limits: Limits) -> list[str]:
     """Return the overlaps at rest and in the fastest impact, over the ball radius."""
-    radius = campaign.ball.radius
+    radius = limits.radius
     at_rest = limits.overlap / radius
     stiffer = rounded_up(campaign.material.youngs_modulus * (at_rest / SOFT) ** 1.5)
     said = (
@@ -176,6 +182,27 @@ def _short(planned: PlannedMill) -> list[str]:
     ]
 
 
+# Relative difference of the speed between laws for the smallest and the largest ball.
+LAW_SPREAD = 0.002
+
+
+def _law_radius(campaign: Campaign, planned: PlannedMill) -> list[str]:
+    """Warn where the law depends on which ball's radius it takes."""
+    ball = campaign.ball
+    if not ball.classes or planned.policy not in ("corrected", "offset-liner") or planned.S == 1.0:
+        return []
+    # Both policies follow the path R - a of a ball's centre.
+    mill, S = campaign.mill, planned.S
+    paths = [(mill.radius / S - a) / (mill.radius - a) for a in (ball.smallest, ball.largest)]
+    spread = abs(paths[1] / paths[0] - 1.0)
+    if spread <= LAW_SPREAD:
+        return []
+    return [
+        f"policy {planned.policy} takes a = {1e3 * ball.radius:.4g} mm, the mean by mass; the path "
+        f"R - a of the smallest and of the largest balls scale differently by {spread:.1%}"
+    ]
+
+
 def _ends(campaign: Campaign, planned: PlannedMill) -> list[str]:
     """Warn of end walls whose distance over the radius is not that of the physical mill."""
     mill, radius = campaign.mill, planned.liner.radius
@@ -193,6 +220,4 @@ def _ends(campaign: Campaign, planned: PlannedMill) -> list[str]:
 def _largest_radius(campaign: Campaign, planned: PlannedMill) -> float:
     """Return the largest ball radius of a scaled mill [m]."""
     ball = campaign.ball
-    return ball.radius + (
-        0.0 if planned.part.kind == "single-ball" else ball.radius_std * ball.truncation
-    )
+    return ball.radius if planned.part.kind == "single-ball" else ball.largest

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from millscale import _core
-from millscale.campaign.campaign import Campaign, CampaignPart
+from millscale.campaign.campaign import Campaign, CampaignPart, Material
 from millscale.campaign.keys import FRICTION_MATCHED, POLICIES, SCHEMES
 from millscale.errors import CampaignError
 from millscale.liner.sector import ROUNDING
@@ -40,6 +40,12 @@ class PlannedMill:
     length: float
     simulated_length: float
     youngs_modulus: float
+
+    def modulus_of(self, material: Material, campaign: Campaign) -> float:
+        """Return Young's modulus of a material of the campaign in this mill [Pa]."""
+        if material.youngs_modulus == campaign.material.youngs_modulus:
+            return self.youngs_modulus
+        return self.youngs_modulus * material.youngs_modulus / campaign.material.youngs_modulus
 
     @property
     def velocity_factor(self) -> float:
@@ -171,7 +177,7 @@ def _time_factor(campaign: Campaign, S: float) -> float:
 
 def _check_length(campaign: Campaign, S: float, length: float) -> None:
     """Refuse a simulated length in which a ball would touch its periodic image."""
-    largest = campaign.ball.radius + campaign.ball.radius_std * campaign.ball.truncation
+    largest = campaign.ball.largest
     if length < 2.0 * largest:
         raise CampaignError(
             campaign.file,

@@ -59,6 +59,8 @@ def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
         if planned.simulated_length == planned.length and campaign.mill.ends == "periodic":
             reason = "no slice asked for; the error of a shorter piece is not known beforehand"
             said.append(_say("the whole length of the mill", reason))
+        if campaign.ball.classes:
+            said.append(_classes(campaign))
         if campaign.ball.radius_std > 0.0:
             said.append(_say("normal distribution of ball radii", "given by the campaign"))
     if planned.part.speed_changes:
@@ -79,6 +81,15 @@ def _modelled(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
             )
         )
     return said
+
+
+def _classes(campaign: Campaign) -> Statement:
+    ball = campaign.ball
+    sizes = ", ".join(f"{2e3 * one.radius:.4g} mm ({one.share:.3g})" for one in ball.classes)
+    return _say(
+        f"balls of {len(ball.classes)} classes, shares by number: {sizes}",
+        f"a of the similarity law is their mean by mass, {1e3 * ball.radius:.4g} mm",
+    )
 
 
 def _ends(campaign: Campaign) -> Statement:
@@ -142,7 +153,7 @@ def _left_out(campaign: Campaign, planned: PlannedMill) -> list[Statement]:
         said.append(_say("the rest of the mill's length", _slice(campaign, planned)))
     if planned.part.kind == "single-ball":
         said.append(_say("other balls", "one ball alone, to test the law of detachment and flight"))
-    elif campaign.ball.radius_std == 0.0:
+    elif campaign.ball.radius_std == 0.0 and not campaign.ball.classes:
         said.append(_say("spread of ball radii", "radius_std_m is 0"))
     return said
 

@@ -12,9 +12,10 @@ from millscale.cases.time_step import Step
 from millscale.cases.wall_panels import chord_error, resting_height, shape_of
 from millscale.errors import CampaignError
 from millscale.liner.given import Given
-from millscale.packing.ball_sizes import mean_volume
+from millscale.packing.ball_sizes import class_counts, mean_volume
 from millscale.packing.charge import Room, capacity
 from millscale.runs.case_file import (
+    BallClass,
     Balls,
     Charge,
     Domain,
@@ -134,6 +135,7 @@ def ball_part(campaign: Campaign, planned: PlannedMill) -> Balls:
     single = planned.part.kind == "single-ball"
     ball = campaign.ball
     volume = 4.0 / 3.0 * math.pi * ball.radius**3 if single else mean_volume(ball)
+    count = ball_count(campaign, planned)
     start = start_position(planned, ball.radius, chord_error(campaign, planned)) if single else None
     return Balls(
         radius_m=ball.radius,
@@ -141,8 +143,39 @@ def ball_part(campaign: Campaign, planned: PlannedMill) -> Balls:
         mass_kg=ball.density * volume,
         radius_std_m=0.0 if single else ball.radius_std,
         truncation=ball.truncation,
-        count=ball_count(campaign, planned),
+        count=count,
         start_m=start,
+        classes=() if single else _classes(campaign, planned, count),
+    )
+
+
+def _classes(campaign: Campaign, planned: PlannedMill, count: int) -> tuple[BallClass, ...]:
+    """Return the classes of a charge.
+
+    Raises:
+        CampaignError: a class has no ball.
+    """
+    ball = campaign.ball
+    if not ball.classes:
+        return ()
+    counts = class_counts(ball, count)
+    if 0 in counts:
+        k = counts.index(0)
+        raise CampaignError(
+            campaign.file,
+            "multi_ball",
+            f"{count} balls at S = {planned.S:g} have none of radius {ball.classes[k].radius:g} m, "
+            f"a share of {ball.classes[k].share:.3g} by number",
+            "a longer slice, or fewer classes",
+        )
+    return tuple(
+        BallClass(
+            radius_m=one.radius,
+            density_kg_m3=one.density,
+            count=n,
+            material=material_part(campaign, planned, one.material) if one.material else None,
+        )
+        for one, n in zip(ball.classes, counts, strict=True)
     )
 
 
@@ -185,12 +218,19 @@ def ball_count(campaign: Campaign, planned: PlannedMill) -> int:
     return round(count)
 
 
-def material_part(campaign: Campaign, planned: PlannedMill) -> Material:
-    """Return the elastic constants of this mill and coefficients of the contact law."""
-    material = campaign.material
+def material_part(
+    campaign: Campaign, planned: PlannedMill, own: campaign_file.Material | None = None
+) -> Material:
+    """Return the elastic constants of this mill and coefficients of the contact law.
+
+    Args:
+        own: of a class of balls; None: of the campaign.
+    """
+    material = own or campaign.material
+    modulus = planned.modulus_of(material, campaign)
     return Material(
-        youngs_modulus_pa=planned.youngs_modulus,
-        shear_modulus_pa=planned.youngs_modulus / (2.0 * (1.0 + material.poisson_ratio)),
+        youngs_modulus_pa=modulus,
+        shear_modulus_pa=modulus / (2.0 * (1.0 + material.poisson_ratio)),
         poisson_ratio=material.poisson_ratio,
         restitution_pp=material.restitution_pp,
         restitution_pw=material.restitution_pw,
@@ -302,10 +342,9 @@ def charge_part(
 def domain_part(campaign: Campaign, planned: PlannedMill) -> Domain:
     """Return the engine's box around the mill and its neighbour skin."""
     ball = campaign.ball
-    largest = ball.radius + ball.radius_std * ball.truncation
     single = planned.part.kind == "single-ball"
     skin = SINGLE_BALL_SKIN if single else SKIN[campaign.contacts.backend]
     return Domain(
-        half_box_m=planned.liner.radius + BOX_MARGIN * largest,
-        skin_m=skin * ball.radius,
+        half_box_m=planned.liner.radius + BOX_MARGIN * ball.largest,
+        skin_m=skin * (ball.radius if single else ball.mean_by_number),
     )

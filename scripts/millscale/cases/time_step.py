@@ -6,10 +6,10 @@ The yardsticks are _core's; the numbers that turn them into advice are below, wi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from millscale import _core
-from millscale.campaign.campaign import Campaign
+from millscale.campaign.campaign import Ball, Campaign, Material
 from millscale.cases.law import PlannedMill
 from millscale.errors import CampaignError
 
@@ -38,6 +38,7 @@ class Limits:
         damping: largest linearly stable step of the damped contacts of the bed [s].
         impact_speed: of a thrown ball back on the liner [m/s].
         overlap: mean overlap the damping limit is taken at [m].
+        radius: of the balls that decide [m]; of several classes the one with the shortest step.
     """
 
     rayleigh: float
@@ -45,6 +46,7 @@ class Limits:
     damping: float
     impact_speed: float
     overlap: float
+    radius: float
 
     def advised(self, kind: str) -> tuple[float, str]:
         """Return the advised step [s] to two digits, rounded down, and the limit that binds."""
@@ -96,15 +98,42 @@ def fastest_point(planned: PlannedMill) -> _core.OperatingPoint:
 
 def limits_of(campaign: Campaign, planned: PlannedMill) -> Limits:
     """Return the time-step limits of a planned mill, with its own stiffness, gravity and speed."""
-    ball, mill = campaign.ball, planned.scaled.mill
-    material = _core.Material(planned.youngs_modulus, campaign.material.poisson_ratio, ball.density)
+    ball = campaign.ball
+    if planned.part.kind == "single-ball" or not ball.classes:
+        return _limits_of_kind(campaign, planned, ball, campaign.material)
+    kinds = [
+        _limits_of_kind(
+            campaign,
+            planned,
+            Ball(one.radius, one.density, 0.0, ball.truncation),
+            one.material or campaign.material,
+        )
+        for one in ball.classes
+    ]
+    # Each limit is that of the class whose step it limits most.
+    binding = min(kinds, key=lambda limits: limits.advised(planned.part.kind)[0])
+    return replace(
+        binding,
+        rayleigh=min(limits.rayleigh for limits in kinds),
+        collision=min(limits.collision for limits in kinds),
+        damping=min(limits.damping for limits in kinds),
+    )
+
+
+def _limits_of_kind(
+    campaign: Campaign, planned: PlannedMill, ball: Ball, material_of: Material
+) -> Limits:
+    """Return the time-step limits of balls of one material."""
+    mill = planned.scaled.mill
+    modulus = planned.modulus_of(material_of, campaign)
+    material = _core.Material(modulus, material_of.poisson_ratio, ball.density)
     single = planned.part.kind == "single-ball"
     depth = ball.radius if single else mill.radius
     overlap = ball.radius * _core.bed_overlap(material, mill.gravity, depth)
-    restitution = campaign.material.restitution_pw if single else campaign.material.restitution_pp
+    restitution = material_of.restitution_pw if single else material_of.restitution_pp
     speed = impact_speed(fastest_point(planned))
     # The smallest ball has the shortest times.
-    smallest = ball.radius - (0.0 if single else ball.radius_std * ball.truncation)
+    smallest = ball.radius if single else ball.smallest
     return Limits(
         rayleigh=_core.rayleigh_time(material, smallest),
         collision=_core.hertz_collision_time(material, smallest, speed),
@@ -119,6 +148,7 @@ def limits_of(campaign: Campaign, planned: PlannedMill) -> Limits:
         ),
         impact_speed=speed,
         overlap=overlap,
+        radius=ball.radius,
     )
 
 
@@ -146,6 +176,8 @@ def steps_of(campaign: Campaign, mills: list[PlannedMill]) -> list[Step]:
         ]
         physical, reason = min(advice)
         choice = f"advised: {reason}"
+    if campaign.ball.classes and part.kind == "multi-ball":
+        choice += f"; balls of {2e3 * limits[0].radius:g} mm decide"
     return [
         _step(campaign, planned, physical * factor, choice, limit)
         for planned, factor, limit in zip(mills, stretch, limits, strict=True)

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
+from millscale.packing.ball_sizes import mean_by_mass
 from millscale.packing.charge import Packing, Room, largest_overlap, overlaps, periodic_tree
+from millscale.packing.random_block import size_levels
 from millscale.runs.untrusted import open_regular
 
 HEADER_LINES = 9
@@ -48,7 +50,7 @@ def bed_record(path: Path, room: Room, gravity: float, meshed: bool = False) -> 
             charge has not settled.
     """
     packing, velocities = read_bed(path, room.length, room.closed)
-    radius = float(packing.radii.mean())
+    radius = mean_by_mass(packing.radii)
     overlap = largest_overlap(packing)
     if overlap > LARGEST_OVERLAP * radius:
         raise ValueError(
@@ -136,7 +138,7 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
     here.
     """
     centres, radii = packing.centres, packing.radii
-    diameter = 2.0 * float(radii.mean())
+    diameter = 2.0 * mean_by_mass(radii)
     low = centres.min(axis=0) - radii.max()
     high = centres.max(axis=0) + radii.max()
     low[1], high[1] = 0.0, packing.length
@@ -145,7 +147,9 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
         if low[1] >= high[1]:
             return None
     surface = _surface(packing, low[0], high[0], diameter)
-    tree, origin = periodic_tree(packing)
+    whole, origin = periodic_tree(packing)
+    levels = [radii[some] for some in size_levels(radii)]
+    trees = [cKDTree(whole.data[some], boxsize=whole.boxsize) for some in size_levels(radii)]
     inside = tested = 0
     for _ in range(BATCHES):
         points = random.uniform(low, high, (POINTS, 3))
@@ -154,7 +158,10 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
         section = np.ascontiguousarray(points[:, [0, 2]])
         points = points[room.liner.nearest(section).distance >= MARGIN * diameter]
         points = points[: POINTS - tested]
-        inside += int(_in_balls(tree, points - origin, radii).sum())
+        held = np.zeros(len(points), bool)
+        for tree, some in zip(trees, levels, strict=True):
+            held |= _in_balls(tree, points - origin, some)
+        inside += int(held.sum())
         tested += len(points)
         if tested == POINTS:
             break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,12 +11,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from millscale import _core
-from millscale.campaign.campaign import Ball
+from millscale.campaign.campaign import Ball, BallClass
 from millscale.errors import CampaignError
-from millscale.packing.ball_sizes import draw_radii, mean_volume
-from millscale.packing.random_block import random_block
+from millscale.packing.ball_sizes import class_counts, draw_kinds, draw_radii, mean_volume
+from millscale.packing.random_block import close_pairs, random_block
 from millscale.runs.atom_types import atom_types
-from millscale.runs.case_file import Case
+from millscale.runs.case_file import Balls, Case
 from millscale.runs.liner import liner_of
 from millscale.runs.writing import writing
 
@@ -26,6 +27,8 @@ FRACTIONS = (0.55, 0.50, 0.45, 0.40)
 # Balls in the block that is repeated, and its least width in mean diameters.
 BLOCK = 4000
 WIDTH = 6.0
+# The same in largest diameters, of a mixture.
+LEAST_WIDTH = 2.0
 # Of the places expected: the ends of a bed do not fall on whole balls.
 SURE = 0.95
 # Points to a radius, for an area that is good to a percent.
@@ -58,12 +61,14 @@ class Packing:
         radii: (n,) float [m].
         length: period along y, or distance of the end walls [m].
         closed: end walls instead of a period.
+        kinds: (n,) int, class of each ball from 0 on; None: all of one.
     """
 
     centres: np.ndarray
     radii: np.ndarray
     length: float
     closed: bool = False
+    kinds: np.ndarray | None = None
 
 
 def write_charge(case: Case, folder: Path) -> None:
@@ -73,10 +78,18 @@ def write_charge(case: Case, folder: Path) -> None:
         CampaignError: the balls do not fit into the mill.
     """
     ball, room = case.ball, room_of(case)
-    sizes = Ball(ball.radius_m, ball.density_kg_m3, ball.radius_std_m, ball.truncation)
-    packing = pack(room, sizes, ball.count, np.random.default_rng(case.seed))
+    packing = pack(room, sizes_of(ball), ball.count, np.random.default_rng(case.seed))
+    densities = [one.density_kg_m3 for one in ball.classes] or [ball.density_kg_m3]
     types = len(atom_types(case).all)
-    write_data(packing, sizes.density, case.domain.half_box_m, Path(folder) / FILE, types)
+    write_data(packing, densities, case.domain.half_box_m, Path(folder) / FILE, types)
+
+
+def sizes_of(ball: Balls) -> Ball:
+    """Return the sizes of the balls of a case."""
+    classes = tuple(
+        BallClass(one.radius_m, one.density_kg_m3, one.count / ball.count) for one in ball.classes
+    )
+    return Ball(ball.radius_m, ball.density_kg_m3, ball.radius_std_m, ball.truncation, classes)
 
 
 def room_of(case: Case) -> Room:
@@ -90,17 +103,18 @@ def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Pac
     """Pack balls from the bottom of the mill up to a level, at random and almost as dense as a bed.
 
     A random block that repeats itself fills the plane of the cross-section; what does not lie clear
-    of the liner is taken away, whatever its size, and the lowest balls are kept. The block is as
-    long as the mill, so the ends fit, also as walls.
+    of the liner is taken away, whatever its size, and the lowest balls of each class are kept. The
+    block is as long as the mill, so the ends fit, also as walls.
 
     Raises:
         CampaignError: there are fewer places than balls.
     """
-    centres, radii, width = _block(room, ball, count, random)
+    centres, radii, kinds, width = _block(room, ball, count, random)
+    counts = np.array(class_counts(ball, count) if ball.classes else [count])
     clearance = float(radii.max()) + room.gap
     beside = width * np.arange(-math.ceil(room.liner.radius / width) - 1, room.liner.radius / width)
     offset = random.uniform(0.0, width, 2)
-    chosen, places, found = [], [], 0
+    chosen, places, found = [], [], np.zeros(len(counts), int)
     # Rows of blocks, the lowest first; they do not overlap in height.
     for level in beside:
         x = (centres[:, 0] + offset[0] + beside[:, None]).ravel()
@@ -109,21 +123,24 @@ def pack(room: Room, ball: Ball, count: int, random: np.random.Generator) -> Pac
         clear = np.flatnonzero(room.liner.nearest(section).distance >= clearance)
         places.append(section[clear])
         chosen.append(clear % len(radii))
-        found += len(clear)
-        if found >= count:
+        found += np.bincount(kinds[clear % len(radii)], minlength=len(counts))
+        if (found >= counts).all():
             break
     else:
-        raise CampaignError(FILE, "", f"{count} balls do not fit", f"<= {found} balls")
+        raise CampaignError(FILE, "", f"{count} balls do not fit", f"<= {found.sum()} balls")
     section, which = np.concatenate(places), np.concatenate(chosen)
-    lowest = np.argsort(section[:, 1], kind="stable")[:count]
+    order = np.argsort(section[:, 1], kind="stable")
+    kept = [order[kinds[which[order]] == k][:n] for k, n in enumerate(counts)]
+    lowest = np.concatenate(kept)
+    lowest = lowest[np.argsort(section[lowest, 1], kind="stable")]
     section, which = section[lowest], which[lowest]
     packed = np.column_stack([section[:, 0], centres[which, 1], section[:, 1]])
-    return Packing(packed, radii[which], room.length, room.closed)
+    return Packing(packed, radii[which], room.length, room.closed, kinds[which])
 
 
 def capacity(room: Room, ball: Ball) -> int:
     """Return a number of balls that `pack` always finds places for."""
-    largest = ball.radius + ball.radius_std * ball.truncation
+    largest = ball.largest
     area = _free_area(room.liner, largest + room.gap)
     return int(SURE * FRACTIONS[-1] * area * room.length / mean_volume(ball))
 
@@ -145,18 +162,25 @@ def _free_area(liner: _core.Profile, clear: float) -> float:
 
 def _block(
     room: Room, ball: Ball, count: int, random: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return the centres (n, 3) and radii (n,) of a random block, and its width in x and z [m]."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return the centres (n, 3), radii (n,) and classes (n,) of the balls of a random block, and
+    its width in x and z [m]."""
     volume = mean_volume(ball)
-    narrowest = 2.0 * WIDTH * ball.radius
+    narrowest = max(2.0 * WIDTH * ball.radius, 2.0 * LEAST_WIDTH * ball.largest)
     for fraction in FRACTIONS:
         least = math.ceil(fraction * narrowest**2 * room.length / volume)
-        radii = draw_radii(ball, max(least, min(count, BLOCK)), random)
+        number = max(least, min(count, BLOCK))
+        kinds = draw_kinds(ball, number, random)
+        radii = (
+            np.array([one.radius for one in ball.classes])[kinds]
+            if ball.classes
+            else draw_radii(ball, number, random)
+        )
         solid = 4.0 / 3.0 * math.pi * float((radii**3).sum())
         width = math.sqrt(solid / (fraction * room.length))
         centres = random_block(radii, np.array([width, room.length, width]), random, room.closed)
         if centres is not None:
-            return centres, radii, width
+            return centres, radii, kinds, width
     raise CampaignError(
         FILE, "", f"no packing of {FRACTIONS[-1]} found in {room.length:g} m", "a longer slice"
     )
@@ -192,8 +216,8 @@ def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray
     overlap is negative.
     """
     centres, radii = packing.centres, packing.radii
-    tree, _ = periodic_tree(packing)
-    pairs = tree.query_pairs(2.0 * radii.max() + gap, output_type="ndarray")
+    tree, origin = periodic_tree(packing)
+    pairs = close_pairs(centres - origin, radii, tree.boxsize, gap)
     apart = np.abs(centres[pairs[:, 0]] - centres[pairs[:, 1]])
     if not packing.closed:
         apart[:, 1] = np.minimum(apart[:, 1], packing.length - apart[:, 1])
@@ -202,21 +226,28 @@ def overlaps(packing: Packing, gap: float = 0.0) -> tuple[np.ndarray, np.ndarray
 
 
 def write_data(
-    packing: Packing, density: float, half_box: float, path: Path, types: int = 2
+    packing: Packing, densities: Sequence[float], half_box: float, path: Path, types: int = 2
 ) -> None:
     """Write a packing as a data file of atom style granular: id type diameter density x y z.
 
-    Type 1 is a ball; walls have the other types. Written under another name and renamed.
+    The first types are the classes of balls; walls have the others. Written under another name and
+    renamed.
+
+    Args:
+        densities: of each class [kg/m^3].
     """
     header = (
         f"initial packing, SI units\n\n{len(packing.radii)} atoms\n{types} atom types\n\n"
         f"{-half_box!r} {half_box!r} xlo xhi\n0.0 {packing.length!r} ylo yhi\n"
         f"{-half_box!r} {half_box!r} zlo zhi\n\nAtoms\n\n"
     )
-    rows = zip((2.0 * packing.radii).tolist(), packing.centres.tolist(), strict=True)
+    kinds = packing.kinds if packing.kinds is not None else np.zeros(len(packing.radii), int)
+    rows = zip(
+        kinds.tolist(), (2.0 * packing.radii).tolist(), packing.centres.tolist(), strict=True
+    )
     lines = (
-        f"{i} 1 {diameter!r} {density!r} {x!r} {y!r} {z!r}\n"
-        for i, (diameter, (x, y, z)) in enumerate(rows, 1)
+        f"{i} {kind + 1} {diameter!r} {densities[kind]!r} {x!r} {y!r} {z!r}\n"
+        for i, (kind, diameter, (x, y, z)) in enumerate(rows, 1)
     )
     with writing(path) as file:
         file.write(header.encode("ascii"))

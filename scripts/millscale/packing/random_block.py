@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ PASSES = 600
 PUSH = 0.7
 # Pairs are listed up to so many reaches apart, and again when a ball has moved half the surplus.
 LISTED = 1.25
+# Radii of a level of sizes differ by less than this factor.
+LEVEL = 4.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,8 @@ def random_block(
     """
     centres = random.uniform(0.0, 1.0, (len(radii), 3)) * sides
     reach = 2.0 * (1.0 + INFLATION) * float(radii.max())
+    # A list lasts until a ball has moved by half of this [m].
+    surplus = (LISTED - 1.0) * 2.0 * (1.0 + INFLATION) * float(radii[size_levels(radii)[-1]].max())
     length = sides[1]
     if closed:
         # The period is put out of the reach of the lists.
@@ -51,9 +56,9 @@ def random_block(
         centres[:, 1] = _between(centres[:, 1], radii, length)
     pairs, listed = None, centres
     for _ in range(PASSES):
-        if pairs is None or _farthest(centres, listed) > 0.5 * (LISTED - 1.0) * reach:
+        if pairs is None or _farthest(centres, listed) > 0.5 * surplus:
             centres = wrapped(centres, sides)
-            pairs, listed = _pairs(centres, radii, sides, LISTED * reach), centres
+            pairs, listed = _pairs(centres, radii, sides, surplus), centres
         apart = centres[pairs.i] - centres[pairs.j]
         apart -= sides * np.round(apart / sides)
         distance = np.maximum(np.linalg.norm(apart, axis=1), 1e-9 * reach)
@@ -81,9 +86,42 @@ def _farthest(centres: np.ndarray, before: np.ndarray) -> float:
     return float(np.linalg.norm(centres - before, axis=1).max())
 
 
-def _pairs(centres: np.ndarray, radii: np.ndarray, sides: np.ndarray, reach: float) -> Pairs:
-    tree = cKDTree(centres, boxsize=sides)
-    i, j = tree.query_pairs(reach, output_type="ndarray").T
+def size_levels(radii: np.ndarray) -> list[np.ndarray]:
+    """Return the indices of the balls by size, the largest first, each level (k,) int.
+
+    The radii of a level differ by less than the factor `LEVEL`, so that few pairs of balls are
+    listed in vain.
+    """
+    level = np.floor(np.log(radii.max() / radii) / math.log(LEVEL)).astype(int)
+    return [np.flatnonzero(level == k) for k in np.unique(level)]
+
+
+def close_pairs(
+    centres: np.ndarray, radii: np.ndarray, sides: np.ndarray, gap: float, stretch: float = 1.0
+) -> np.ndarray:
+    """Return pairs of balls, (m, 2) int; all with a separation up to a gap [m] are among them.
+
+    Args:
+        centres: (n, 3) float, in [0, sides) [m].
+        sides: (3,) float, the periods [m].
+        stretch: of the radii.
+    """
+    levels = size_levels(radii)
+    trees = [cKDTree(centres[some], boxsize=sides) for some in levels]
+    largest = [stretch * float(radii[some].max()) for some in levels]
+    found = []
+    for a, (some, tree) in enumerate(zip(levels, trees, strict=True)):
+        found.append(some[tree.query_pairs(2.0 * largest[a] + gap, output_type="ndarray")])
+        for b in range(a + 1, len(levels)):
+            near = tree.query_ball_tree(trees[b], largest[a] + largest[b] + gap)
+            counts = [len(x) for x in near]
+            others = np.fromiter((k for x in near for k in x), int, sum(counts))
+            found.append(np.column_stack([np.repeat(some, counts), levels[b][others]]))
+    return np.concatenate(found)
+
+
+def _pairs(centres: np.ndarray, radii: np.ndarray, sides: np.ndarray, surplus: float) -> Pairs:
+    i, j = close_pairs(centres, radii, sides, surplus, 1.0 + INFLATION).T
     return Pairs(i, j, radii[i] + radii[j])
 
 

@@ -64,7 +64,8 @@ class AtomTypes:
 
 def atom_types(case: Case) -> AtomTypes:
     """Return the atom types of a case."""
-    return AtomTypes((case.material,), case.material, _end_material(case))
+    balls = tuple(one.material or case.material for one in case.ball.classes)
+    return AtomTypes(balls or (case.material,), case.material, _end_material(case))
 
 
 def _end_material(case: Case) -> Material | None:

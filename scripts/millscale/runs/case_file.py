@@ -147,23 +147,6 @@ class Groups(Section, frozen=True):
     length_over_mill_radius: Number | None = None
 
 
-class Balls(Section, frozen=True):
-    """The balls; radii are normally distributed, cut at `truncation` standard deviations.
-
-    Attributes:
-        mass_kg: mean over the balls.
-        start_m: centre at the start, (x, y, z); of a single ball only.
-    """
-
-    radius_m: Positive
-    density_kg_m3: Positive
-    mass_kg: Positive
-    radius_std_m: Number
-    truncation: Number
-    count: Annotated[int, Meta(ge=1, le=MOST_BALLS)]
-    start_m: tuple[Number, Number, Number] | None = None
-
-
 class Material(Section, frozen=True):
     """Elastic constants and coefficients, ball-ball (pp) and ball-wall (pw)."""
 
@@ -177,6 +160,35 @@ class Material(Section, frozen=True):
     rolling_friction_pp: Number
     rolling_friction_pw: Number
     stiffness: str
+
+
+class BallClass(Section, frozen=True):
+    """Balls of one size and material; `material` if it is not that of the case."""
+
+    radius_m: Positive
+    density_kg_m3: Positive
+    count: Annotated[int, Meta(ge=1, le=MOST_BALLS)]
+    material: Material | None = None
+
+
+class Balls(Section, frozen=True):
+    """The balls; radii are normally distributed, cut at `truncation` standard deviations.
+
+    Attributes:
+        radius_m: the mean; with classes the mean by mass.
+        mass_kg: mean over the balls.
+        start_m: centre at the start, (x, y, z); of a single ball only.
+        classes: of a charge of several sizes or materials.
+    """
+
+    radius_m: Positive
+    density_kg_m3: Positive
+    mass_kg: Positive
+    radius_std_m: Number
+    truncation: Number
+    count: Annotated[int, Meta(ge=1, le=MOST_BALLS)]
+    start_m: tuple[Number, Number, Number] | None = None
+    classes: Annotated[tuple[BallClass, ...], Meta(max_length=100)] = ()
 
 
 class Times(Section, frozen=True):

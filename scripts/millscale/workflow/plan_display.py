@@ -67,8 +67,11 @@ def _mill(campaign: Campaign, rows: list[Row]) -> Table:
 
 
 def _charge(campaign: Campaign, rows: list[Row]) -> str:
-    ball = f"{2e3 * campaign.ball.radius:.4g} mm, {campaign.ball.density:,.0f} kg/m^3"
+    size = f"{2e3 * campaign.ball.radius:.4g}"
     charges = [row for row in rows if row["kind"] == "multi-ball"]
+    if charges and campaign.ball.classes:
+        size = " + ".join(f"{2e3 * one.radius:.4g}" for one in campaign.ball.classes)
+    ball = f"{size} mm, {campaign.ball.density:,.0f} kg/m^3"
     if not charges:
         return f"a single ball of {ball}"
     # The physical mill is filled as the largest of its scaled mills is.
