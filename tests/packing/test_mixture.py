@@ -5,7 +5,7 @@ import pytest
 
 from millscale import _core
 from millscale.campaign.campaign import Ball, BallClass
-from millscale.packing.bed import bulk_fraction
+from millscale.packing.bed import Solid
 from millscale.packing.charge import Packing, Room, largest_overlap, overlaps, pack, write_data
 from millscale.packing.random_block import close_pairs, size_levels
 
@@ -68,27 +68,23 @@ def test_pairs_by_size_level_are_all_close_pairs():
     assert len(found) < 400 * 399 // 4
 
 
-def test_overlaps_and_bulk_fraction_see_the_balls_of_every_size():
-    # A large ball and a small one that overlap across the period; the fraction of a known box.
+def test_a_large_ball_and_a_small_one_overlap_across_the_period():
     packing = Packing(np.array([[0.0, 0.01, 0.0], [0.0, 0.995, 0.0]]), np.array([0.1, 0.01]), 1.0)
     assert overlaps(packing)[1].max() == pytest.approx(0.11 - 0.015)
 
 
-def test_the_bulk_fraction_of_a_mixture_is_that_of_its_volume():
-    # Large balls on a lattice, and small ones in a quarter of its holes.
-    step, large, small = 0.03, 0.0125, 0.00125
-    grid = np.arange(-12, 13) * step
-    x, y, z = np.meshgrid(grid, (np.arange(8) + 0.5) * step, grid, indexing="ij")
-    lattice = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-    holes = lattice[::4] + step * np.array([0.5, -0.5, 0.5])
-    centres = np.concatenate([lattice, holes])
-    radii = np.concatenate([np.full(len(lattice), large), np.full(len(holes), small)])
-    inside = np.hypot(centres[:, 0], centres[:, 2]) < 0.45
-    packing = Packing(centres[inside], radii[inside], 8 * step)
-    solid = 4.0 / 3.0 * np.pi * (large**3 + 0.25 * small**3) / step**3
-    room = Room(_core.Lifters(0.45, 0.0, 0.0, 0.0, 0), 8 * step)
-    found = bulk_fraction(room, packing, np.random.default_rng(1))
-    assert found == pytest.approx(solid, rel=0.01)
+def test_points_in_balls_of_any_size_are_found():
+    random = np.random.default_rng(2)
+    radii = np.repeat([0.1, 0.02, 0.005], [4, 60, 800])
+    packing = Packing(random.uniform(0.0, 1.0, (864, 3)) * [0.5, 0.4, 0.5], radii, 0.4)
+    points = random.uniform(0.0, 1.0, (3000, 3)) * [0.5, 0.4, 0.5]
+    apart = points[:, None] - packing.centres[None]
+    apart[:, :, 1] -= 0.4 * np.round(apart[:, :, 1] / 0.4)
+    inside = (np.linalg.norm(apart, axis=2) < radii).any(axis=1)
+    np.testing.assert_array_equal(Solid(packing).covers(points), inside)
+    assert 0.1 < inside.mean() < 0.9
+    small_alone = (np.linalg.norm(apart, axis=2) < radii)[:, 4:].any(axis=1)
+    assert (inside != small_alone).any()
 
 
 def test_a_data_file_states_types_and_densities(tmp_path):

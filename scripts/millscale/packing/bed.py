@@ -50,7 +50,7 @@ def bed_record(path: Path, room: Room, gravity: float, meshed: bool = False) -> 
             charge has not settled.
     """
     packing, velocities = read_bed(path, room.length, room.closed)
-    radius = mean_by_mass(packing.radii)
+    radius = typical_radius(packing.radii)
     overlap = largest_overlap(packing)
     if overlap > LARGEST_OVERLAP * radius:
         raise ValueError(
@@ -138,7 +138,7 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
     here.
     """
     centres, radii = packing.centres, packing.radii
-    diameter = 2.0 * mean_by_mass(radii)
+    diameter = 2.0 * typical_radius(radii)
     low = centres.min(axis=0) - radii.max()
     high = centres.max(axis=0) + radii.max()
     low[1], high[1] = 0.0, packing.length
@@ -147,9 +147,7 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
         if low[1] >= high[1]:
             return None
     surface = _surface(packing, low[0], high[0], diameter)
-    whole, origin = periodic_tree(packing)
-    levels = [radii[some] for some in size_levels(radii)]
-    trees = [cKDTree(whole.data[some], boxsize=whole.boxsize) for some in size_levels(radii)]
+    solid = Solid(packing)
     inside = tested = 0
     for _ in range(BATCHES):
         points = random.uniform(low, high, (POINTS, 3))
@@ -158,14 +156,34 @@ def bulk_fraction(room: Room, packing: Packing, random: np.random.Generator) -> 
         section = np.ascontiguousarray(points[:, [0, 2]])
         points = points[room.liner.nearest(section).distance >= MARGIN * diameter]
         points = points[: POINTS - tested]
-        held = np.zeros(len(points), bool)
-        for tree, some in zip(trees, levels, strict=True):
-            held |= _in_balls(tree, points - origin, some)
-        inside += int(held.sum())
+        inside += int(solid.covers(points).sum())
         tested += len(points)
         if tested == POINTS:
             break
     return inside / tested if tested >= FEWEST_POINTS else None
+
+
+def typical_radius(radii: np.ndarray) -> float:
+    """Return the mean radius [m]; of several levels of sizes the mean by mass."""
+    return float(radii.mean()) if len(size_levels(radii)) == 1 else mean_by_mass(radii)
+
+
+class Solid:
+    """The volume of the balls of a packing, searched level of sizes by level."""
+
+    def __init__(self, packing: Packing) -> None:
+        whole, self._origin = periodic_tree(packing)
+        self._levels = [
+            (cKDTree(whole.data[some], boxsize=whole.boxsize), packing.radii[some])
+            for some in size_levels(packing.radii)
+        ]
+
+    def covers(self, points: np.ndarray) -> np.ndarray:
+        """Return whether points (m, 3) [m] lie in a ball, (m,) bool."""
+        held = np.zeros(len(points), bool)
+        for tree, radii in self._levels:
+            held |= _in_balls(tree, points - self._origin, radii)
+        return held
 
 
 def _surface(packing: Packing, low: float, high: float, width: float) -> np.ndarray:

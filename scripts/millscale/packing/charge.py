@@ -28,7 +28,7 @@ FRACTIONS = (0.55, 0.50, 0.45, 0.40)
 BLOCK = 4000
 WIDTH = 6.0
 # The same in largest diameters, of a mixture.
-LEAST_WIDTH = 2.0
+LEAST_WIDTH = 3.0
 # Of the places expected: the ends of a bed do not fall on whole balls.
 SURE = 0.95
 # Points to a radius, for an area that is good to a percent.
@@ -166,7 +166,9 @@ def _block(
     """Return the centres (n, 3), radii (n,) and classes (n,) of the balls of a random block, and
     its width in x and z [m]."""
     volume = mean_volume(ball)
-    narrowest = max(2.0 * WIDTH * ball.radius, 2.0 * LEAST_WIDTH * ball.largest)
+    narrowest = 2.0 * WIDTH * ball.radius
+    if ball.classes:
+        narrowest = 2.0 * max(WIDTH * ball.mean_by_number, LEAST_WIDTH * ball.largest)
     for fraction in FRACTIONS:
         least = math.ceil(fraction * narrowest**2 * room.length / volume)
         number = max(least, min(count, BLOCK))

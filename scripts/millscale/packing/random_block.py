@@ -22,11 +22,15 @@ LEVEL = 4.0
 
 @dataclass(frozen=True)
 class Pairs:
-    """Neighbours in a block: indices i, j, (m,) int; sums of their radii, (m,) float [m]."""
+    """Neighbours in a block: indices i, j, (m,) int; sums of their radii, (m,) float [m].
+
+    `share`, (m,) float: of an overlap by which i moves; j moves by the rest.
+    """
 
     i: np.ndarray
     j: np.ndarray
     touching: np.ndarray
+    share: np.ndarray
 
 
 def random_block(
@@ -122,18 +126,24 @@ def close_pairs(
 
 def _pairs(centres: np.ndarray, radii: np.ndarray, sides: np.ndarray, surplus: float) -> Pairs:
     i, j = close_pairs(centres, radii, sides, surplus, 1.0 + INFLATION).T
-    return Pairs(i, j, radii[i] + radii[j])
+    if len(size_levels(radii)) > 1:
+        # A large ball among many small ones would be pushed too far by all of them together.
+        share = radii[j] ** 3 / (radii[i] ** 3 + radii[j] ** 3)
+    else:
+        share = np.full(len(i), 0.5)
+    return Pairs(i, j, radii[i] + radii[j], share)
 
 
 def _pushes(pairs: Pairs, apart: np.ndarray, distance: np.ndarray, count: int) -> np.ndarray:
-    """Return the displacement of each ball, (count, 3) float [m]: half of every overlap, from both
-    sides."""
+    """Return the displacement of each ball, (count, 3) float [m]: the shares of every overlap, from
+    both sides."""
     overlap = (1.0 + INFLATION) * pairs.touching - distance
     close = overlap > 0.0
-    push = (0.5 * overlap[close] / distance[close])[:, None] * apart[close]
-    i, j = pairs.i[close], pairs.j[close]
+    i, j, share = pairs.i[close], pairs.j[close], pairs.share[close]
+    step = overlap[close] / distance[close]
+    one, other = ((part * step)[:, None] * apart[close] for part in (share, 1.0 - share))
     sums = [
-        np.bincount(i, push[:, axis], count) - np.bincount(j, push[:, axis], count)
+        np.bincount(i, one[:, axis], count) - np.bincount(j, other[:, axis], count)
         for axis in range(3)
     ]
     return np.column_stack(sums)
