@@ -70,6 +70,8 @@ def drawn(page, figure):
 
 def test_a_click_in_a_legend_hides_the_curves_of_that_name(page):
     plot = drawn(page, page.locator("#trajectory figure.chart").first)
+    names = plot.locator(".legendtext").all_text_contents()
+    assert names == ["S = 1", "S = 1.3", "S = 2.6"]
     visible = "p => p.data.filter(t => t.visible !== 'legendonly').length"
     before = plot.evaluate(visible)
     plot.locator(".legendtoggle").first.click()

@@ -65,7 +65,7 @@
   function tracesOf(chart) {
     const seen = new Set();
     return chart.panels.flatMap((panel, i) => panel.lines.map((l) => {
-      const first = l.name && !seen.has(l.name);
+      const first = l.name !== "" && !seen.has(l.name);
       seen.add(l.name);
       return { type: "scatter", x: l.x, y: l.y, name: l.name, mode: l.mode,
         legendgroup: l.name || "own" + i, showlegend: first,
@@ -135,11 +135,13 @@
     Plotly.newPlot(plot, [
       { type: "scatter3d", mode: "markers", x: balls.x, y: balls.y, z: balls.z, hoverinfo: "skip",
         marker: { size, color: balls.speed, cmin: 0, cmax: view.top, colorscale: "Viridis",
-          line: { width: 0 }, colorbar: { title: { text: "speed / ωR" }, thickness: 12, len: 0.7 } } },
+          line: { width: 0 }, colorbar: { title: { text: "speed / ωR", side: "top" }, thickness: 12, len: 0.9,
+            orientation: "h", y: 0, yanchor: "top" } } },
       { type: "scatter3d", mode: "lines", ...liner, line: { color: "#7a828b", width: 2 },
         hoverinfo: "skip" },
     ], {
-      height, margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "#fff", showlegend: false,
+      height: height + 60, margin: { l: 0, r: 0, t: 0, b: 60 }, paper_bgcolor: "#fff",
+      showlegend: false,
       scene: { aspectmode: "manual", aspectratio: { x: ZOOM, y: ZOOM * view.half, z: ZOOM },
         xaxis: { ...hidden, range: [-1, 1] }, yaxis: { ...hidden, range: [-view.half, view.half] },
         zaxis: { ...hidden, range: [-1, 1] },
