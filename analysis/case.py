@@ -9,6 +9,7 @@ from typing import Any
 from millscale.analysis.charge.energy_budget import LEDGER, read_energy_budget
 from millscale.analysis.charge.result import charge_result
 from millscale.analysis.result_file import ChargeResult, SingleBallResult
+from millscale.analysis.shapes.segregation import segregation_of
 from millscale.analysis.single_ball.result import single_ball_result
 from millscale.runs.case_file import Case, load_case
 from millscale.runs.case_folder import RESULT, SCHEMA, SERIES
@@ -38,6 +39,8 @@ def _result(folder: Path, case: Case) -> SingleBallResult | ChargeResult:
         if case.kind == "single-ball":
             return single_ball_result(case, series)
         result = charge_result(case, series)
+        window = result.mean_from_rad, result.mean_to_rad
+        result = replace(result, segregation=segregation_of(folder, case, series, *window))
     if case.deck.ledger != "on":
         return result
     with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):

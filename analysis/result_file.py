@@ -197,6 +197,7 @@ class ChargeResult:
         standard_error: of some of `dimensionless`; None without pitches.
         ledger: the energy budget; None where none was kept.
         ends: of end walls; None with periodic ends.
+        segregation: radial index of each class of balls; None of one class.
     """
 
     problem: str | None
@@ -213,11 +214,12 @@ class ChargeResult:
     rotation_angle_rad: float
     ledger: EnergyBudget | None = None
     ends: EndWalls | None = None
+    segregation: tuple[float, ...] | None = None
 
     def document(self) -> dict[str, Any]:
         """Return its content of result.json."""
         content = _as_json(asdict(self))
-        for absent in ("ledger", "ends"):
+        for absent in ("ledger", "ends", "segregation"):
             if content[absent] is None:
                 del content[absent]
         if self.torque_balance.resting_ends_Nm is None:

@@ -21,7 +21,7 @@ def top_level(*tables):
 def test_result_files_are_documented(folder, runs):
     assert set(analyse_case(folder)) == top_level(0, 1)
     charge = load_campaign(runs).charges[0]
-    assert set(analyse_case(charge.folder)) == top_level(0, 2) - {"ledger", "ends"}
+    assert set(analyse_case(charge.folder)) == top_level(0, 2) - {"ledger", "ends", "segregation"}
     assert {field.name for field in fields(ChargeResult)} <= top_level(0, 2)
 
 
