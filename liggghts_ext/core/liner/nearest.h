@@ -36,18 +36,38 @@ inline bool in_wall(const PlacedPiece& placed, const OnPiece& on, Local p)
   return (length(p - piece.centre) - std::abs(piece.arc_radius)) * piece.arc_radius > 0.0;
 }
 
+/// Search for the piece nearest to a point, in the frame of the sector that holds the point.
+class NearestSearch {
+ public:
+  NearestSearch(const Profile& profile, Local p) : p_(p), tie_(1e-14 * profile.radius()) {}
+
+  void look_at(const PlacedPiece& placed)
+  {
+    const OnPiece on = nearest_on(placed.piece, p_);
+    const double distance = length(p_ - on.point);
+    if (distance < best_.distance - tie_) best_ = {&placed, on, distance};
+  }
+
+  /// The nearest piece, with its signed distance.
+  NearestPiece found() const
+  {
+    NearestPiece best = best_;
+    if (best.placed && in_wall(*best.placed, best.on, p_)) best.distance = -best.distance;
+    return best;
+  }
+
+ private:
+  Local p_;
+  double tie_;
+  NearestPiece best_{nullptr, {}, INFINITY};
+};
+
 /// The piece nearest to a point, in the frame of the sector that holds the point.
 inline NearestPiece nearest_piece(const Profile& profile, Local p)
 {
-  const double tie = 1e-14 * profile.radius();
-  NearestPiece best{nullptr, {}, INFINITY};
-  for (const PlacedPiece& placed : profile.around()) {
-    const OnPiece on = nearest_on(placed.piece, p);
-    const double distance = length(p - on.point);
-    if (distance < best.distance - tie) best = {&placed, on, distance};
-  }
-  if (best.placed && in_wall(*best.placed, best.on, p)) best.distance = -best.distance;
-  return best;
+  NearestSearch search(profile, p);
+  for (const PlacedPiece& placed : profile.around()) search.look_at(placed);
+  return search.found();
 }
 
 /// Unit vector into the cavity at a point of a piece.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/liner/nearest.h"
 #include "core/liner/profile.h"
 
 namespace millscale::liner {
@@ -29,12 +30,6 @@ class PieceGrid {
     choose_cells(profile, reach, width);
     std::vector<std::vector<int>> lists(columns_ * rows_);
     const double half_diagonal = std::sqrt(0.5) / per_width_ + 1e-9 * profile.radius();
-    const double half_pitch = 0.5 * profile.pitch();
-    const Local across{-std::sin(half_pitch), std::cos(half_pitch)};  // to the border
-    const auto of_sector = [&](Local p) {
-      return profile.sectors() == 1 ||
-             dot({p.radial, std::abs(p.tangential)}, across) <= half_diagonal;
-    };
     for (std::size_t i = 0; i < profile.around().size(); ++i) {
       const Piece& piece = profile.around()[i].piece;
       const double sagitta =
@@ -47,8 +42,8 @@ class PieceGrid {
                         last_row = row(high_tangential + far);
       for (std::size_t c = column(low_radial - far); c <= last_column; ++c)
         for (std::size_t r = row(low_tangential - far); r <= last_row; ++r) {
-          const Local centre = low_ + (1.0 / per_width_) * Local{c + 0.5, r + 0.5};
-          if (!of_sector(centre)) continue;
+          const Local centre = centre_of(c, r);
+          if (!is_of_sector(profile, centre, half_diagonal)) continue;
           if (length(centre - detail::nearest_on(piece, centre).point) <= reach + half_diagonal)
             lists[c * rows_ + r].push_back(static_cast<int>(i));
         }
@@ -58,6 +53,7 @@ class PieceGrid {
       pieces_.insert(pieces_.end(), list.begin(), list.end());
     }
     begins_.push_back(static_cast<int>(pieces_.size()));
+    find_sides(profile, half_diagonal);
   }
 
   /// The pieces within the reach of a point of the sector, and perhaps some others.
@@ -65,6 +61,13 @@ class PieceGrid {
   {
     const int* begin = &begins_[column(p.radial) * rows_ + row(p.tangential)];
     return {pieces_.data() + begin[0], pieces_.data() + begin[1]};
+  }
+
+  /// Return whether a point of the sector is in the cavity. Only for cells without pieces nearby:
+  /// such a cell lies on one side of the liner.
+  bool is_clear(Local p) const
+  {
+    return side_[column(p.radial) * rows_ + row(p.tangential)] == Side::cavity;
   }
 
   /// The pieces within the reach of any point of the sector.
@@ -77,6 +80,8 @@ class PieceGrid {
   }
 
  private:
+  enum class Side : signed char { unknown, near_liner, cavity, wall };
+
   static constexpr double most_cells = 3e5;
 
   /// Cover the points of a sector that can be within the reach. Points beyond are in the cells at
@@ -95,6 +100,51 @@ class PieceGrid {
     rows_ = static_cast<std::size_t>(wide / width) + 1;
   }
 
+  Local centre_of(std::size_t column, std::size_t row) const
+  {
+    return low_ + (1.0 / per_width_) * Local{column + 0.5, row + 0.5};
+  }
+
+  /// Return whether a cell with this centre has points of the sector.
+  static bool is_of_sector(const Profile& profile, Local centre, double half_diagonal)
+  {
+    const double half_pitch = 0.5 * profile.pitch();
+    const double beyond_border =
+        std::abs(centre.tangential) * std::cos(half_pitch) - centre.radial * std::sin(half_pitch);
+    return profile.sectors() == 1 || beyond_border <= half_diagonal;
+  }
+
+  /// Find the sides of the cells without pieces. Those that join lie on one side.
+  void find_sides(const Profile& profile, double half_diagonal)
+  {
+    side_.assign(columns_ * rows_, Side::unknown);
+    for (std::size_t k = 0; k < side_.size(); ++k)
+      if (begins_[k] < begins_[k + 1] ||
+          !is_of_sector(profile, centre_of(k / rows_, k % rows_), half_diagonal))
+        side_[k] = Side::near_liner;
+    std::vector<std::size_t> open;
+    for (std::size_t k = 0; k < side_.size(); ++k) {
+      if (side_[k] != Side::unknown) continue;
+      const Local centre = centre_of(k / rows_, k % rows_);
+      const Side side =
+          detail::nearest_piece(profile, centre).distance >= 0.0 ? Side::cavity : Side::wall;
+      const auto visit = [&](std::size_t cell) {
+        if (side_[cell] != Side::unknown) return;
+        side_[cell] = side;
+        open.push_back(cell);
+      };
+      visit(k);
+      while (!open.empty()) {
+        const std::size_t cell = open.back(), row = cell % rows_;
+        open.pop_back();
+        if (row > 0) visit(cell - 1);
+        if (row + 1 < rows_) visit(cell + 1);
+        if (cell >= rows_) visit(cell - rows_);
+        if (cell + rows_ < side_.size()) visit(cell + rows_);
+      }
+    }
+  }
+
   std::size_t column(double radial) const { return cell(radial - low_.radial, columns_); }
   std::size_t row(double tangential) const { return cell(tangential - low_.tangential, rows_); }
   std::size_t cell(double from_low, std::size_t count) const
@@ -109,6 +159,7 @@ class PieceGrid {
   std::size_t columns_ = 1, rows_ = 1;
   std::vector<int> begins_;  ///< of the cells, column by column, in pieces_
   std::vector<int> pieces_;
+  std::vector<Side> side_;  ///< of the cells
 };
 
 }  // namespace millscale::liner

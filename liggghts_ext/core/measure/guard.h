@@ -95,7 +95,7 @@ class WallGuard {
     const double square = p.x * p.x + p.z * p.z;
     if (clear(square, radius)) return std::nullopt;
     if (!std::isfinite(square)) return "has no finite position";
-    if (!liner::inside(profile(), p))
+    if (!finder_.inside(p))
       return "is outside the mill, its centre " + format(-liner::nearest(profile(), p).distance) +
              " m beyond " + where(p);
     const double deepest = largest_overlap(p, radius);

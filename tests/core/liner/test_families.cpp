@@ -172,6 +172,26 @@ TEST(Families, ForcesOfRandomTouchesAreThoseOfAFineMesh)
   }
 }
 
+TEST(Families, TheGridKnowsWhichPointsAreInside)
+{
+  for (const Family& family : liner_families()) {
+    SCOPED_TRACE(family.name);
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> psi(-pi, pi), r(0.8, 1.1);
+    for (const double reach : {0.2 * radius, radius, 4.0 * radius}) {
+      const ContactFinder finder(family.profile, reach);
+      int outside = 0;
+      for (int i = 0; i < 5'000; ++i) {
+        const Point p = Frame(psi(random)).point({r(random), 0.0});
+        ASSERT_EQ(finder.inside(p), inside(family.profile, p)) << p.x << ' ' << p.z;
+        outside += !finder.inside(p);
+      }
+      EXPECT_GT(outside, 1'000);
+      EXPECT_LT(outside, 4'500);
+    }
+  }
+}
+
 TEST(Families, ForcesOnLinesAreExact)
 {
   for (const Family& family : liner_families()) {
