@@ -192,6 +192,30 @@ TEST(Families, TheGridKnowsWhichPointsAreInside)
   }
 }
 
+TEST(Families, TheGridListsFewPiecesWhateverTheirNumber)
+{
+  const auto longest_list = [](const Profile& profile) {
+    const PieceGrid grid(profile, 1.5 * radius, 0.5 * radius);
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> psi(-0.5 * profile.pitch(), 0.5 * profile.pitch()),
+        r(profile.clear_radius() - radius, profile.radius());
+    std::ptrdiff_t longest = 0;
+    for (int i = 0; i < 5'000; ++i) {
+      const double angle = psi(random), distance = r(random);
+      const auto near = grid.near({distance * std::cos(angle), distance * std::sin(angle)});
+      longest = std::max(longest, near.end() - near.begin());
+    }
+    return longest;
+  };
+  for (const Family& family : liner_families()) {
+    if (family.profile.sectors() == 1) continue;
+    SCOPED_TRACE(family.name);
+    // Chords of half a ball radius or more, up to 40 in a sector.
+    ASSERT_LE(longest_list(with_chords(family.profile, 1e-4)), 16);
+    ASSERT_LE(longest_list(all_around(family.profile)), longest_list(family.profile) + 2);
+  }
+}
+
 TEST(Families, ForcesOnLinesAreExact)
 {
   for (const Family& family : liner_families()) {
