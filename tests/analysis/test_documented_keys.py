@@ -34,7 +34,7 @@ def test_results_and_rows_of_single_balls_are_documented(runs):
 
 def test_rows_of_charges_are_documented(throws):
     comparison = load_campaign(throws).comparison
-    keys = set(documented(RESULTS, 2))
+    keys = set(documented(RESULTS, 2)) - {"state"}  # of a campaign of several states alone
     assert all(set(row.document()) == keys for row in comparison.rows)
     numbers = documented(RESULTS, 3)
     assert numbers == [number.name for number in NUMBERS]
