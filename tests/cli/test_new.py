@@ -61,7 +61,10 @@ def test_an_existing_file_is_kept(tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--ball-diameter-mm", -5), "ball.diameter_mm: twice a, mean ball radius: got -5"),
+        (
+            ("--ball-diameter-mm", -5),
+            "ball.diameter_mm: twice a, mean ball radius; or classes, sizes, a top-up size: got -5",
+        ),
         (("--percent-of-critical", 150), "the mill centrifuges"),
         (("--lifters", 1000), "impossible liner"),
         (("--ball-diameter-mm", 300), "do not fit the grooves"),

@@ -7,13 +7,16 @@ import pytest
 from millscale.cases.decks import template_folder
 from millscale.engine.material_block import ball_and_wall, material_block
 
+# Of one class of balls and the liner; matrices by rows.
 VALUES = {
-    "youngs_modulus": 5.98e7,
-    "poisson_ratio": 0.3,
-    **{"restitution_pp": 0.1, "restitution_pw": 0.2},
-    **{"static_friction_pp": 0.5, "static_friction_pw": 0.4},
-    **{"rolling_friction_pp": 0.02, "rolling_friction_pw": 0.01},
-    **{"soft_particles": "no", "hard_particles": "no"},
+    "types": 2,
+    "youngs_moduli": "5.98e7 5.98e7",
+    "poisson_ratios": "0.3 0.3",
+    "restitutions": "0.1 0.2 0.2 0.2",
+    "static_frictions": "0.5 0.4 0.4 0.4",
+    "rolling_frictions": "0.02 0.01 0.01 0.01",
+    "soft_particles": "no",
+    "hard_particles": "no",
 }
 
 

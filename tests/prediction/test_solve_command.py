@@ -61,7 +61,7 @@ def test_the_page_has_the_answer_first_and_needs_no_other_file(folder):
     rows = page[page.index("<tbody>") :]
     assert rows.index("<b>power</b>") < rows.index("kinetic energy")
     assert "S = 1.696 seeds 1, 2, S = 2.6 seeds 1, 2" in page
-    assert "data:image/png;base64," in page and 'src="half' not in page
+    assert "data:image/webp;base64," in page and 'src="half' not in page
 
 
 def test_json_alone_is_on_standard_output(folder):

@@ -109,7 +109,7 @@ class Scene:
 
 
 def nan(scene: Scene) -> None:
-    scene.set("youngs_modulus", "1e300")
+    scene.set("youngs_moduli", '"1e300 1e300"')  # balls and liner
     scene.run()
 
 
@@ -119,13 +119,13 @@ def beyond_all_bounds(scene: Scene) -> None:
 
 
 def overlap(scene: Scene) -> None:
-    scene.set("youngs_modulus", "2e4")
+    scene.set("youngs_moduli", '"2e4 2e4"')  # balls and liner
     scene.set("soft_particles", "yes")
     scene.run()
 
 
 def lost_ball(scene: Scene) -> None:
-    scene.set("youngs_modulus", "1e11")
+    scene.set("youngs_moduli", '"1e11 1e11"')  # balls and liner
     scene.set("hard_particles", "yes")
     scene.run()
 

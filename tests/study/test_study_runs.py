@@ -94,7 +94,7 @@ def test_rows_have_times_and_all_errors(finished):
 @pytest.mark.engine
 def test_the_page_stands_alone(finished):
     page = (finished[0] / "runs/report/index.html").read_text()
-    assert page.count("data:image/png;base64,") == 1 + 3  # the worst; no curtains, no throws
+    assert page.count("data:image/webp;base64,") == 1 + 3  # the worst; no curtains, no throws
     assert 'src="time' not in page and "half the step" in page
 
 

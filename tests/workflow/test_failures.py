@@ -222,7 +222,7 @@ def test_a_run_reads_the_files_of_a_case_until_it_is_done(finished, monkeypatch)
         return case_status(folder, case)
 
     monkeypatch.setattr(display, "case_status", status)
-    statuses = display._Statuses(finished.runs, [load_case(folder) for folder in folders])
+    statuses = display.Statuses(finished.runs, [load_case(folder) for folder in folders])
     first, again = statuses(), statuses()
     assert [x.state for x in first] == [x.state for x in again]
     counts = {x.id: read.count(x.id) for x in first}

@@ -168,7 +168,7 @@ def test_a_report_replaces_a_link_of_its_name_and_what_it_leads_to_stays(
     (elsewhere := tmp_path / "elsewhere").mkdir()
     (elsewhere / "results.json").write_text("precious")
     (finished.runs / name).symlink_to(elsewhere)
-    monkeypatch.setattr(report, "_page", lambda campaign, folder: "page")
+    monkeypatch.setattr(report, "_page", lambda campaign, folder, predict: "page")
     monkeypatch.setattr(report, "load_campaign", lambda runs: Nothing(runs))
     build_report(finished.runs)
     assert [x.name for x in elsewhere.iterdir()] == ["results.json"]

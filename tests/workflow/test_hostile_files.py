@@ -117,14 +117,15 @@ def put(make, path):
     make(path)
 
 
-def check(done, took):
+def check(done, took, most_lines=1):
     printed = done.stdout + done.stderr
     assert done.returncode in (0, 1, 2)
     assert took < WITHIN_S
     assert "Traceback" not in printed
     assert not re.search("[\x00-\x08\x0b-\x1f\x7f]", printed)
     if done.returncode == 2:
-        assert done.stderr.startswith("error: ") and len(done.stderr.splitlines()) == 1
+        lines = done.stderr.splitlines()
+        assert 1 <= len(lines) <= most_lines and all(x.startswith("error: ") for x in lines)
 
 
 @pytest.mark.parametrize("file", FILES)
@@ -133,7 +134,9 @@ def check(done, took):
     [x if x in QUICK else pytest.param(x, marks=pytest.mark.validate) for x in HOSTILE],
 )
 def test_reading_commands_report_damage_in_one_line(begun_once, tmp_path, monkeypatch, kind, file):
-    monkeypatch.setattr("millscale.report.build.build_report", lambda runs: results_of(runs))
+    monkeypatch.setattr(
+        "millscale.report.build.build_report", lambda runs, predict: results_of(runs)
+    )
     shutil.copytree(begun_once.runs, tmp_path / "runs", symlinks=True)
     command = small(tmp_path)
     put(HOSTILE[kind], command.runs / file)
@@ -224,7 +227,8 @@ def test_a_campaign_file_that_takes_long_to_parse_is_refused_at_once(tmp_path, c
     command.file.write_text(content[: (1 << 20) - 1])
     begin = time.process_time()
     done = command("plan")
-    check(done, time.process_time() - begin)
+    # Of what is TOML, every mistake has a line: an unknown key, three missing sections, no part.
+    check(done, time.process_time() - begin, most_lines=5)
     assert done.returncode == 2 and len(done.stderr) < 5000
 
 

@@ -37,6 +37,7 @@ def write_case_step(
         "steps": steps[1],
         # The cross-section is averaged in the second half of these steps, as of a rotation.
         "rotation_steps": sum(steps),
+        "rotation_angle": sum(steps) * state.case.time.step_s * mill.omega_rad_s,
     }
     lines = [f"variable {name} string {value}\n" for name, value in values.items()]
     write_text(folder / "case_values.in", "".join(lines))

@@ -133,10 +133,17 @@ def _sizes(runs: Path, console: Console) -> dict:
     table = []
     for size in SIZES:
         state = prepare(size, runs, console)
-        for ranks in (1, 2):
-            plan = Plan(ranks, WARM_STEPS, size.steps, size.rounds)
-            timed = interleaved(variants, state, plan, runs / "timed", console.print)
-            table += rows(SIZE, variants, state, plan, timed)
+        # Both numbers of ranks in each round: the pace of the machine changes between rounds.
+        plans = [Plan(ranks, WARM_STEPS, size.steps, 1) for ranks in (1, 2)]
+        timed: list[list[list[Phases]]] = [[[] for _ in variants] for _ in plans]
+        for turn in range(size.rounds):
+            console.print(f"{size.case}: round {turn + 1}/{size.rounds}")
+            for plan, so_far in zip(plans, timed, strict=True):
+                once = interleaved(variants, state, plan, runs / "timed", console.print)
+                for runs_of_one, (phases,) in zip(so_far, once, strict=True):
+                    runs_of_one.append(phases)
+        for plan, found in zip(plans, timed, strict=True):
+            table += rows(SIZE, variants, state, plan, found)
     picture = runs / "cost-against-size.png"
     draw_sizes(table, picture)
     console.print(f"picture: {picture}")

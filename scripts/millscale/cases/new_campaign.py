@@ -45,8 +45,8 @@ def suggested(name: str, known: NewMill) -> float:
         # Tube mills are longer than wide, mills of the laboratory as long.
         "length_m": diameter if diameter < 2.0 else round(1.4 * diameter, 1),
         "ball_diameter_mm": min(125.0, max(5.0, 5.0 * round(2.0 * diameter))),
-        # A common rule: two rows a foot of diameter.
-        "lifters": max(8, 2 * round(diameter / 0.3048)),
+        # A common rule: two rows a foot of diameter; one in large mills, whose balls are larger.
+        "lifters": max(8, 2 * round(diameter / (0.3048 if diameter < 8.0 else 0.6096))),
         "lifter_height_mm": min(3.0 * ball, round(60.0 * diameter)),
         "lifter_width_mm": min(2.0 * ball, round(60.0 * diameter)),
     }

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,7 @@ from millscale.runs.case_file import Case
 from millscale.runs.digests import Digests
 from millscale.runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, Stage
 from millscale.runs.provenance import read_provenance
+from millscale.runs.speed import steps_of_dumps
 from millscale.runs.untrusted import MOST_SERIES, RunFolderError, read_object, read_text
 from millscale.workflow.stage_work import inputs_of
 
@@ -150,7 +151,7 @@ def _rotated(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
         files += [name for name in LEDGER_FILES if _is_whole(folder / name)]
         _check_ledger(_Series(folder / "ledger.csv"), series)
     if case.deck.dumps == "on":
-        _check_dumps(folder, series, range(first, last + 1, output.dump_steps), dumps)
+        _check_dumps(folder, series, steps_of_dumps(case, first), dumps)
         files.append(DUMP_FOLDER)
     return _run(folder, stage, logs, first, tuple(files))
 
@@ -330,7 +331,7 @@ def _is_whole(path: Path) -> bool:
     return True
 
 
-def _check_dumps(folder: Path, series: _Series, steps: range, read: bool) -> None:
+def _check_dumps(folder: Path, series: _Series, steps: Collection[int], read: bool) -> None:
     """Refuse missing dumps and, with `read`, dumps whose centre of mass differs from the series."""
     import numpy as np
 

@@ -13,7 +13,7 @@ def analyse_case(folder):
     return {"rows": len(rows) - 1}
 
 
-def build_report(runs):
+def build_report(runs, predict):
     (runs / "report").mkdir(exist_ok=True)
     (runs / "report" / "index.html").write_text("<html></html>")
     (runs / "report" / "results.json").write_text(json.dumps({"schema": 1}))
