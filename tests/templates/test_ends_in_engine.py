@@ -86,10 +86,14 @@ def test_power_of_a_short_mill_with_three_kinds_of_ends(tmp_path):
         assert abs(budget.closure) < 0.01
         assert abs(budget.closure_of_forces) < 1e-5
         found[ends] = result
+        ends_power = result.ends.power_W if result.ends else 0.0
+        print(
+            f"{ends:9}{result.mean['power_W']:9.2f} W of which ends {ends_power:9.3f} W, closure"
+            f" {budget.closure:.2e}, of forces {budget.closure_of_forces:.2e}, {result.ends}"
+        )
     power = {ends: result.mean["power_W"] for ends, result in found.items()}
     assert power["periodic"] < power["turning"]
     of_turning, of_resting = found["turning"].ends, found["resting"].ends
     assert 0.02 < of_turning.power_share < 0.5
     assert of_resting.power_W == 0.0
     assert of_resting.torque_Nm < 0.0 < of_turning.torque_Nm
-    print({ends: (power[ends], result.ends) for ends, result in found.items()})
