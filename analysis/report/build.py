@@ -18,6 +18,7 @@ from millscale.analysis.single_ball.windows import common_windows
 from millscale.formats import duration, hundredths, number, percent
 from millscale.report import images, tables
 from millscale.report import overview as first_screen
+from millscale.report.ball_classes import class_lines
 from millscale.report.comparison_images import comparison_images
 from millscale.report.interactive import Chart, packed, plotting_script, views_of
 from millscale.report.mill_drawing import MillDrawing, mill_drawing
@@ -121,6 +122,7 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
                 if x.name in OF_DUMPS
                 and any(row.errors.values[x.name] is not None for row in comparison.rows)
             ],
+            classes={charge.id: class_lines(charge) for charge in campaign.charges},
             means=[x for x in shown if x.of_result],
             bed=[x for x in shown if not x.of_result],
         )

@@ -23,14 +23,16 @@ from matplotlib.lines import Line2D
 
 from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.cross_section import liner_outline
-from millscale.analysis.shapes.snapshots import snapshots_near
-from millscale.runs.dumps import read_dump
+from millscale.analysis.shapes.snapshots import class_of_each, snapshots_near
+from millscale.report.ball_classes import colours_of_classes, names_of_classes
+from millscale.runs.case_file import Case
+from millscale.runs.dumps import Dump, read_dump
 from millscale.runs.untrusted import RunFolderError
 
 # A line of more points is thinned: the page has fewer pixels.
 MOST_POINTS = 700
 MOST_FRAMES = 13
-# Balls times frames in all views of a page: seven bytes each.
+# Balls times frames in all views of a page: seven or eight bytes each.
 MOST_BALLS = 400_000
 _DASHES = {"-": "solid", "--": "dash", ":": "dot", "-.": "dashdot"}
 _SYMBOLS = {
@@ -164,10 +166,12 @@ def views_of(charges: Sequence[Charge]) -> dict[str, dict[str, Any]]:
 def view_of(charge: Charge, frames: int) -> dict[str, Any]:
     """Return the balls of a charge near evenly spaced mill angles, and its liner at rest.
 
-    Positions are shares of R in 16 bits, speeds shares of the largest in 8 bits, both base64.
+    Positions are shares of R in 16 bits, speeds shares of the largest in 8 bits, both base64. Of
+    several classes, `classes` holds name, colour and radius of each, and a frame the class of each
+    ball.
 
     Raises:
-        RunFolderError: a dump is missing or damaged, or has no velocities.
+        RunFolderError: a dump is missing or damaged, has no velocities, or balls of no class.
     """
     mill = charge.case.mill
     R, speed_scale = mill.radius_m, mill.omega_rad_s * mill.radius_m
@@ -186,6 +190,7 @@ def view_of(charge: Charge, frames: int) -> dict[str, Any]:
         "angles": [round(snapshot.mill_angle, 4) for snapshot in snapshots],
         "top": round(top, 4),
         "ball": round(charge.case.ball.radius_m / R, 6),
+        "classes": _classes(charge.case),
         "half": round(middle / R, 5),
         "liner": [_rounded(v) for v in (liner_outline(charge.case, 0.0) / R).T],
         "frames": [
@@ -193,9 +198,30 @@ def view_of(charge: Charge, frames: int) -> dict[str, Any]:
                 "places": _bytes((dump.positions - (0.0, middle, 0.0)) / (1.2 * R) * 32767, "<i2"),
                 "speeds": _bytes(np.minimum(speed / top, 1.0) * 255, "u1"),
             }
-            for dump, speed in zip(dumps, speeds, strict=True)
+            | _kinds(charge.case, dump, snapshot.path)
+            for dump, speed, snapshot in zip(dumps, speeds, snapshots, strict=True)
         ],
     }
+
+
+def _classes(case: Case) -> list[dict[str, Any]]:
+    """Return the classes of balls; none if all balls are of one."""
+    ball = case.ball
+    names, colours = names_of_classes(ball), colours_of_classes(ball)
+    return [
+        {"name": name, "color": colour, "ball": round(one.radius_m / case.mill.radius_m, 6)}
+        for one, name, colour in zip(ball.classes, names, colours, strict=True)
+    ]
+
+
+def _kinds(case: Case, dump: Dump, path: Path) -> dict[str, str]:
+    if not case.ball.classes:
+        return {}
+    try:
+        kinds = class_of_each(dump, len(case.ball.classes))
+    except ValueError as error:
+        raise RunFolderError(path, str(error), "run the case again") from None
+    return {"kinds": _bytes(kinds, "u1")}
 
 
 def _bytes(values: np.ndarray, kind: str) -> str:

@@ -5,15 +5,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 
 from millscale.analysis.shapes.cross_section import turned
-from millscale.analysis.shapes.snapshots import Snapshot, first_dump, starts_on_rising_side
-from millscale.runs.case_folder import LINER, RunFolderError
+from millscale.analysis.shapes.snapshots import (
+    Snapshot,
+    class_of_each,
+    first_dump,
+    starts_on_rising_side,
+)
+from millscale.report.ball_classes import colours_of_classes
+from millscale.runs.case_folder import LINER, RunFolderError, load_case
 from millscale.runs.dumps import Dump, read_dump
 from millscale.runs.untrusted import check_regular
 from millscale.runs.writing import writing_by_name
@@ -41,12 +47,15 @@ def liner_section(stl: Path) -> np.ndarray:
     return section.points[_loop(segments)][:, [0, 2]]
 
 
-def draw_charge(dump: Dump, first: Dump, section: np.ndarray, mill_angle: float) -> pv.Plotter:
+def draw_charge(
+    dump: Dump, colours: Sequence[str], kinds: np.ndarray, section: np.ndarray, mill_angle: float
+) -> pv.Plotter:
     """Return a view along the mill axis: x to the right, z up, the mill turning clockwise.
 
     Args:
         dump: balls to draw.
-        first: balls before the rotation, for the colours.
+        colours: of the kinds of balls.
+        kinds: (n,) int, kind of each ball from 0 on.
         section: of `liner_section`.
         mill_angle: by which the liner is turned [rad].
     """
@@ -54,8 +63,8 @@ def draw_charge(dump: Dump, first: Dump, section: np.ndarray, mill_angle: float)
     plotter.background_color = "white"
     radius = float(np.hypot(*section.T).max())
     _add_wall(plotter, turned(section, mill_angle), radius, float(dump["y"].max()))
-    rising = starts_on_rising_side(dump, first)
-    for chosen, colour in ((rising, RISING), (~rising, FALLING)):
+    for kind, colour in enumerate(colours):
+        chosen = kinds == kind
         if chosen.any():
             _add_balls(plotter, dump.positions[chosen], dump["radius"][chosen], colour)
     plotter.camera.position = (0.0, float(dump["y"].min()) - 4.0 * radius, 0.0)
@@ -166,11 +175,19 @@ def _loop(segments: np.ndarray) -> list[int]:
 
 
 def draw_all(folder: Path, pictures: Iterable[tuple[Path, Snapshot]]) -> None:
-    """Draw dumps of a case, each into its PNG.
+    """Draw dumps of a case, each into its PNG: balls coloured by class, or by their starting side
+    if all are of one class.
 
     Raises:
         ValueError: a file is missing or damaged.
     """
     section, first = liner_section(folder / LINER), first_dump(folder)
+    ball = load_case(folder).ball
+    colours = colours_of_classes(ball) or [FALLING, RISING]
     for path, snapshot in pictures:
-        save(draw_charge(read_dump(snapshot.path), first, section, snapshot.mill_angle), path)
+        dump = read_dump(snapshot.path)
+        if ball.classes:
+            kinds = class_of_each(dump, len(ball.classes))
+        else:
+            kinds = starts_on_rising_side(dump, first)
+        save(draw_charge(dump, colours, kinds, section, snapshot.mill_angle), path)

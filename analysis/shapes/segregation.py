@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from millscale.analysis.shapes.snapshots import mill_angle_at
+from millscale.analysis.shapes.snapshots import class_of_each, mill_angle_at
 from millscale.runs.case_file import Case
 from millscale.runs.dumps import dump_files, read_dump
 from millscale.runs.series import Series
@@ -57,7 +57,7 @@ def segregation_of(
     densities = np.array([one.density_kg_m3 for one in classes])
     found = []
     for dump in map(read_dump, chosen):
-        kinds = dump["type"].astype(int) - 1
+        kinds = class_of_each(dump, len(classes))
         mass = densities[kinds] * dump["radius"] ** 3
         found.append(segregation_indices(dump.positions[:, [0, 2]], mass, kinds, len(classes)))
     return tuple(float(x) for x in np.mean(found, axis=0))

@@ -78,6 +78,18 @@ def starts_on_rising_side(dump: Dump, first: Dump) -> np.ndarray:
     return first["x"][row] < 0.0
 
 
+def class_of_each(dump: Dump, classes: int) -> np.ndarray:
+    """Return the class of each ball from 0 on, in the order of case.json, (n,) int.
+
+    Raises:
+        ValueError: a ball is of none of so many classes.
+    """
+    kinds = dump.columns.get("type", np.zeros(len(dump))).astype(int) - 1
+    if not ((kinds >= 0) & (kinds < classes)).all():
+        raise ValueError(f"a ball of step {dump.step} is of none of the {classes} classes")
+    return kinds
+
+
 def first_dump(folder: Path) -> Dump:
     """Return the dump before the rotation, whose positions give the balls their colours."""
     return read_dump(next(iter(required_dumps(folder).values())))

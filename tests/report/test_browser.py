@@ -26,14 +26,19 @@ def one_picture(folder, mill_angles, to):
     return [(path, mill_angles[-1])]
 
 
-@pytest.fixture(scope="module")
-def url(runs, tmp_path_factory):
-    copy = tmp_path_factory.mktemp("browser") / "runs"
+def built(runs, folder):
+    """Return the address of the report of a copy of a campaign."""
+    copy = folder / "runs"
     shutil.copytree(runs, copy)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report_figures, "DPI", 40)
         patch.setattr(report_figures, "draw_pictures", one_picture)
         return build_report(copy).as_uri()
+
+
+@pytest.fixture(scope="module")
+def url(runs, tmp_path_factory):
+    return built(runs, tmp_path_factory.mktemp("browser"))
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +105,38 @@ def test_the_slider_turns_the_mill_and_moves_the_rule_of_the_charts(page):
         "p => Math.max(...p.data[0].x.map((x, i) => x * x + p.data[0].z[i] ** 2))"
     )
     assert 0.1 < reach <= 1.0
+
+
+def test_the_legend_of_a_view_names_the_classes_and_hides_one(browser, classes, tmp_path):
+    page = browser.new_page(viewport={"width": 1400, "height": 1000})
+    page.goto(built(classes, tmp_path))
+    page.wait_for_selector("html[data-ready]", timeout=60_000)
+    view = page.locator(".view").first
+    view.scroll_into_view_if_needed()
+    view.locator("canvas").first.wait_for(timeout=60_000)
+    plot = view.locator(".plot")
+    assert plot.locator(".legendtext").all_text_contents() == ["100 mm", "40 mm", "60 mm"]
+    shown = (
+        "p => p.data.map(t => [t.x.length, t.marker && t.marker.color, t.marker && t.marker.size])"
+    )
+    *balls, _ = plot.evaluate(shown)
+    assert [count for count, _, _ in balls] == [50, 50, 50]
+    assert len({colour for _, colour, _ in balls}) == 3
+    large, small, middle = (size for _, _, size in balls)
+    assert large / small == pytest.approx(2.5, rel=0.01) and middle / small == pytest.approx(
+        1.5, rel=0.01
+    )
+    before = plot.evaluate("p => Array.from(p.data[2].x)")
+    view.locator("input").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function(
+        "([p, x]) => p.data[2].x[0] != x", arg=[plot.element_handle(), before[0]]
+    )
+    assert [count for count, _, _ in plot.evaluate(shown)][:3] == [50, 50, 50]
+    view.screenshot(path="/tmp/h/rc/view.png")
+    plot.locator(".legendtoggle").first.click()
+    page.wait_for_function("p => p.data[0].visible === 'legendonly'", arg=plot.element_handle())
+    page.close()
 
 
 def test_a_phone_shows_the_page_without_scrolling_sideways(browser, url, tmp_path):

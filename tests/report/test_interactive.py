@@ -3,17 +3,26 @@
 import base64
 import gzip
 import json
+import shutil
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from msgspec import structs
 
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.analysis.shapes.snapshots import snapshots_near
 from millscale.report import interactive
+from millscale.report.ball_classes import colours_of_classes
 from millscale.report.figures.style import colour_of_S
 from millscale.report.interactive import chart_of, packed, view_of, views_of
+from millscale.runs.case_file import BallClass, Balls
 from millscale.runs.dumps import read_dump
+from millscale.runs.untrusted import RunFolderError
+from synthetic_result import with_case
+
+CLASSES = tuple(BallClass(x, 2678.0, 50) for x in (0.1, 0.04, 0.06))
+BALL = Balls(0.06, 7800.0, 1.0, 0.0, 3.0, 100)
 
 
 def test_a_chart_holds_the_lines_and_axes_of_its_figure():
@@ -62,6 +71,30 @@ def test_a_view_holds_the_balls_of_the_dumps(runs):
     assert view["ball"] == pytest.approx(charge.case.ball.radius_m / R, rel=1e-4)
 
 
+def test_a_view_of_classes_names_them_and_the_class_of_each_ball(classes):
+    several, equal = load_campaign(classes).charges
+    view = view_of(several, 2)
+    R = several.case.mill.radius_m
+    assert [kind["name"] for kind in view["classes"]] == ["100 mm", "40 mm", "60 mm"]
+    assert [kind["ball"] * R for kind in view["classes"]] == pytest.approx([0.1, 0.04, 0.06], 1e-3)
+    assert [kind["color"] for kind in view["classes"]] == colours_of_classes(several.case.ball)
+    kinds = np.frombuffer(base64.b64decode(view["frames"][-1]["kinds"]), "u1")
+    (snapshot,) = snapshots_near(several.folder, [1.0])
+    radii = np.array([0.1, 0.04, 0.06])[kinds]
+    np.testing.assert_array_equal(radii, read_dump(snapshot.path)["radius"])
+    alike = view_of(equal, 2)
+    assert alike["classes"] == [] and "kinds" not in alike["frames"][0]
+
+
+def test_a_charge_whose_dumps_hold_another_class_has_no_view(classes, tmp_path):
+    copy = shutil.copytree(classes, tmp_path / "runs")
+    several, equal = load_campaign(copy).charges
+    several = with_case(several, ball=structs.replace(several.case.ball, classes=CLASSES[:2]))
+    with pytest.raises(RunFolderError, match="of none of the 2 classes"):
+        view_of(several, 2)
+    assert list(views_of([several, equal])) == [equal.id]
+
+
 def test_views_keep_within_the_size_of_a_page(runs, monkeypatch):
     charges = load_campaign(runs).charges
     monkeypatch.setattr(interactive, "MOST_BALLS", 2 * charges[0].balls + 1)
@@ -77,7 +110,24 @@ def test_packed_content_is_read_back():
 
 @pytest.mark.parametrize("S", [1.0, 1.1, 1.3, 1.7, 2.6, 4.0, 6.5, 20.0])
 def test_the_colour_of_an_S_is_seen_on_white(S):
-    channels = [int(colour_of_S(S)[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    assert contrast_on_white(colour_of_S(S)) >= 3.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 6, 100])
+def test_colours_of_classes_are_seen_on_white_and_go_by_size(count):
+    radii = np.random.default_rng(1).permutation(np.linspace(0.02, 0.1, count))
+    ball = structs.replace(BALL, classes=tuple(BallClass(x, 7800.0, 1) for x in radii.tolist()))
+    colours = colours_of_classes(ball)
+    contrasts = np.array([contrast_on_white(colour) for colour in colours])
+    assert contrasts.min() >= 3.0
+    assert len(set(colours)) == count
+    # Lightness goes by size, so the order is seen in grey, too; 8 bits a channel round it.
+    assert np.diff(contrasts[np.argsort(radii)]).max(initial=0.0) < 0.1
+
+
+def contrast_on_white(colour):
+    """Return the contrast of WCAG 2.2 of a colour on white."""
+    channels = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels]
     luminance = float(np.dot([0.2126, 0.7152, 0.0722], linear))
-    assert 1.05 / (luminance + 0.05) >= 3.0
+    return 1.05 / (luminance + 0.05)

@@ -8,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from numpy.testing import assert_allclose
 
@@ -18,8 +19,9 @@ from millscale.analysis.shapes.snapshots import (
     snapshots_near,
     starts_on_rising_side,
 )
+from millscale.report.ball_classes import colours_of_classes
 from millscale.report.picture_process import draw_pictures
-from millscale.report.pictures import liner_section
+from millscale.report.pictures import PIXELS, liner_section
 from millscale.runs.case_folder import load_case
 from millscale.runs.dumps import Dump
 from millscale.runs.untrusted import RunFolderError
@@ -35,8 +37,9 @@ def balls(x, y, z, radius, ids=None, step=0) -> Dump:
     return Dump(step, {name: np.array(values, float) for name, values in columns.items()})
 
 
-def write_balls(folder, step, places, sizes):
-    rows = [f"{i} 1 {x} 0.1 {z} 0 0 0 {sizes[i]}" for i, (x, z) in places.items()]
+def write_balls(folder, step, places, sizes, kinds=None):
+    kinds = kinds or dict.fromkeys(places, 1)
+    rows = [f"{i} {kinds[i]} {x} 0.1 {z} 0 0 0 {sizes[i]}" for i, (x, z) in places.items()]
     path = folder / f"dump/charge.{step:09d}.liggghts"
     path.write_text(
         f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\n"
@@ -103,6 +106,26 @@ def test_picture_shows_balls_at_their_place_size_and_colour(charge_folder, tmp_p
         assert_allclose([x[shown].mean(), z[shown].mean()], [centre_x, centre_z], atol=0.005)
         assert_allclose(area, np.pi * radius**2, rtol=0.05)
         assert image[shown].mean(axis=0).argmax() == channel
+
+
+def test_balls_of_several_classes_have_the_colours_of_their_classes(classes, tmp_path):
+    source = classes / "cases/mb-cg-paper-S2.600"
+    folder = shutil.copytree(source, tmp_path / "case", ignore=shutil.ignore_patterns("dump"))
+    (folder / "dump").mkdir()
+    places, sizes = {1: (-0.8, 0.0), 2: (0.0, 0.0), 3: (0.8, 0.0)}, {1: 0.1, 2: 0.04, 3: 0.06}
+    kinds = {1: 1, 2: 2, 3: 3}
+    for step in (0, 5000):
+        write_balls(folder, step, places, sizes, kinds)
+    ((picture, _),) = draw_pictures(folder, [1.0], tmp_path)
+    image = imread(picture)[..., :3]
+    case = load_case(folder)
+    scale = 0.5 * image.shape[0] / (1.06 * case.mill.radius_m)
+    colours = np.array([to_rgb(colour) for colour in colours_of_classes(case.ball)])
+    for i, (x, z) in places.items():
+        row, column = (round(0.5 * PIXELS + scale * v) for v in (-z, x))
+        # Shading changes brightness more than hue: of the classes its own colour is nearest.
+        apart = np.linalg.norm(colours - image[row, column], axis=1)
+        assert apart.argmin() == i - 1
 
 
 def test_section_of_the_mesh_is_the_liner_s_outline(charge_folder):

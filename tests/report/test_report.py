@@ -10,19 +10,23 @@ import subprocess
 import sys
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from millscale.analysis.finished_campaign import OUTDATED, load_campaign
 from millscale.analysis.measures import COMMON_ANGLES
 from millscale.analysis.paper import numbers as paper
+from millscale.analysis.shapes.snapshots import snapshots_near
 from millscale.analysis.single_ball.comparison import single_ball_rows
 from millscale.report import build as report
 from millscale.report import images as report_figures
 from millscale.report import overview as first_screen
+from millscale.report.ball_classes import colours_of_classes
 from millscale.report.build import build_report
 from millscale.report.figures import single_ball as figures
 from millscale.runs.case_digest import case_digest
+from millscale.runs.dumps import read_dump
 from millscale.runs.untrusted import RunFolderError
 from synthetic_case import record_stages
 from synthetic_result import with_result
@@ -341,6 +345,38 @@ def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
     assert page.open == []
     assert "runs" in page.text
     assert len(page.images) == 7  # with Figs. 9, 11, Table 10
+
+
+def test_a_charge_of_several_classes_has_a_table_of_them(classes, tmp_path, monkeypatch):
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    text = build_report(shutil.copytree(classes, tmp_path / "runs")).read_text()
+    page = Page(text)
+    assert page.open == [] and "None" not in page.text
+    several, equal = load_campaign(classes).charges
+    begin, other = (text.index(f'id="case-{charge.id}"') for charge in (several, equal))
+    assert text.count("segregation index</th>") == 1
+    table = text[begin:other].partition("<tbody>")[2].partition("</tbody>")[0]
+    rows = [re.findall(r"<t[hd].*?</t[hd]>", row) for row in table.split("</tr>")[:-1]]
+    cells = [[re.sub("<.*?>", "", cell).strip() for cell in row] for row in rows]
+    (snapshot,) = snapshots_near(several.folder, [1.0])
+    dump = read_dump(snapshot.path)
+    mass = 2678.0 * 4.0 / 3.0 * math.pi * dump["radius"] ** 3
+    x, z = (dump[a] - np.average(dump[a], weights=mass) for a in "xz")
+    square = x**2 + z**2
+    for row, radius in zip(cells, (0.1, 0.04, 0.06), strict=True):
+        of = dump["radius"] == radius
+        index = 1.0 - square[of].mean() / np.average(square, weights=mass)
+        share = 100.0 * mass[of].sum() / mass.sum()
+        assert row[:3] == [f"{1e3 * radius:g} mm", "33.33", "50"]
+        assert float(row[3]) == pytest.approx(mass[of].sum(), abs=0.06)
+        assert float(row[4]) == pytest.approx(share, abs=0.006)
+        assert float(row[5]) == pytest.approx(index, abs=0.002)
+    # The legend of the pictures; equal balls are coloured as before.
+    for colour in colours_of_classes(several.case.ball):
+        assert text[begin:other].count(f"background: {colour}") == 2
+    assert "rising side" not in text[begin:other] and "rising side" in text[other:]
+    assert "coloured by class" in text[begin:other] and "coloured by speed" in text[other:]
 
 
 def test_detach_angles_are_listed_under_their_own_policy(runs, tmp_path, monkeypatch):

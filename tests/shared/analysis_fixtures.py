@@ -48,6 +48,20 @@ def runs(tmp_path_factory) -> Path:
 
 
 @pytest.fixture(scope="session")
+def classes(tmp_path_factory) -> Path:
+    """Return a finished campaign of a charge of three classes and one of equal balls. Read only."""
+    runs = tmp_path_factory.mktemp("classes")
+    folders = [
+        write_charge(runs, "constant-gravity", radii=(0.1, 0.04, 0.06)),
+        write_charge(runs, "constant-speed"),
+    ]
+    for folder in folders:
+        finish_case(folder)
+    write_campaign(runs, [folder.name for folder in folders])
+    return runs
+
+
+@pytest.fixture(scope="session")
 def throws(tmp_path_factory) -> Path:
     """Return a finished campaign of four charges with curtains. Read only."""
     return write_throws(tmp_path_factory.mktemp("throws"))

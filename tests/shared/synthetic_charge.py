@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,16 @@ from synthetic_case import case_document, typed, write_case
 DUMP_ANGLES = (0.0, 0.5, 1.0)
 
 
-def write_charge(runs: Path, scheme: str, balls: int = 150) -> Path:
-    """Make a case of S = 2.6 with series, dumps and liner."""
+def write_charge(runs: Path, scheme: str, balls: int = 150, radii: Sequence[float] = ()) -> Path:
+    """Make a case of S = 2.6 with series, dumps and liner; with radii its balls are of these
+    classes in turn."""
     case = case_document("multi-ball", scheme, "paper", 2.6, balls, sample_angle=0.02)
     case["ball"]["radius_m"] = 0.06
+    if radii:
+        case["ball"]["classes"] = [
+            {"radius_m": x, "density_kg_m3": 2678.0, "count": len(range(k, balls, len(radii)))}
+            for k, x in enumerate(radii)
+        ]
     folder = write_case(runs, case, charge_columns(case))
     start = block(case, balls)
     (folder / "dump").mkdir()
@@ -72,10 +79,11 @@ def block(case: dict[str, Any], balls: int) -> np.ndarray:
 
 def write_dump(path: Path, step: int, centres: np.ndarray, case: dict[str, Any]) -> None:
     """Write a LIGGGHTS custom dump, its balls in reverse order."""
-    radius = case["ball"]["radius_m"]
+    classes = case["ball"].get("classes", [case["ball"]])
+    kinds = np.arange(len(centres)) % len(classes)
     lines = [
-        f"{i + 1} 1 {x:.9g} {y:.9g} {z:.9g} 0 0 0 {radius:g} "
-        for i, (x, y, z) in enumerate(centres)
+        f"{i + 1} {k + 1} {x:.9g} {y:.9g} {z:.9g} 0 0 0 {classes[k]['radius_m']:g} "
+        for i, (k, (x, y, z)) in enumerate(zip(kinds, centres, strict=True))
     ]
     header = (
         f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(lines)}\n"

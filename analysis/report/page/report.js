@@ -97,16 +97,20 @@
   const decoded = (packed, Type) =>
     new Type(Uint8Array.from(atob(packed), (c) => c.charCodeAt(0)).buffer);
 
+  // The balls of each class; of one class all of them.
   function ballsAt(view, i) {
     const places = decoded(view.frames[i].places, Int16Array);
     const speeds = decoded(view.frames[i].speeds, Uint8Array);
-    const n = speeds.length, x = new Float32Array(n), y = new Float32Array(n);
-    const z = new Float32Array(n), speed = new Float32Array(n), unit = 1.2 / 32767;
-    for (let k = 0; k < n; ++k) {
-      x[k] = places[3 * k] * unit; y[k] = places[3 * k + 1] * unit; z[k] = places[3 * k + 2] * unit;
-      speed[k] = (speeds[k] / 255) * view.top;
+    const kinds = view.classes.length ? decoded(view.frames[i].kinds, Uint8Array) : null;
+    const found = Array.from({ length: view.classes.length || 1 },
+      () => ({ x: [], y: [], z: [], speed: [] }));
+    const unit = 1.2 / 32767;
+    for (let k = 0; k < speeds.length; ++k) {
+      const of = found[kinds ? kinds[k] : 0];
+      of.x.push(places[3 * k] * unit); of.y.push(places[3 * k + 1] * unit);
+      of.z.push(places[3 * k + 2] * unit); of.speed.push((speeds[k] / 255) * view.top);
     }
-    return { x, y, z, speed };
+    return found;
   }
 
   // Both ends of the liner and edges along the axis, as one line, turned by the mill angle.
@@ -130,18 +134,23 @@
     box.hidden = false;
     const height = Math.min(560, plot.clientWidth), balls = ballsAt(view, 0);
     const liner = linerAt(view, view.angles[0]);
-    const size = Math.max(0.8, height * SCALE * view.ball);
+    const size = (ball) => Math.max(0.8, height * SCALE * ball);
+    const bySpeed = (speed) => ({ size: size(view.ball), color: speed, cmin: 0, cmax: view.top,
+      colorscale: "Viridis", colorbar: { title: { text: "speed / ωR", side: "top" }, thickness: 12,
+        len: 0.9, orientation: "h", y: 0, yanchor: "top" } });
+    const byClass = (kind) => ({ size: size(kind.ball), color: kind.color });
     const hidden = { visible: false, showspikes: false };
     Plotly.newPlot(plot, [
-      { type: "scatter3d", mode: "markers", x: balls.x, y: balls.y, z: balls.z, hoverinfo: "skip",
-        marker: { size, color: balls.speed, cmin: 0, cmax: view.top, colorscale: "Viridis",
-          line: { width: 0 }, colorbar: { title: { text: "speed / ωR", side: "top" }, thickness: 12, len: 0.9,
-            orientation: "h", y: 0, yanchor: "top" } } },
+      ...balls.map(({ x, y, z, speed }, i) => ({ type: "scatter3d", mode: "markers", x, y, z,
+        hoverinfo: "skip", name: view.classes.length ? view.classes[i].name : "",
+        marker: { line: { width: 0 },
+          ...(view.classes.length ? byClass(view.classes[i]) : bySpeed(speed)) } })),
       { type: "scatter3d", mode: "lines", ...liner, line: { color: "#7a828b", width: 2 },
-        hoverinfo: "skip" },
+        hoverinfo: "skip", showlegend: false },
     ], {
       height: height + 60, margin: { l: 0, r: 0, t: 0, b: 60 }, paper_bgcolor: "#fff",
-      showlegend: false,
+      showlegend: view.classes.length > 0,
+      legend: { orientation: "h", y: 0, yanchor: "top", itemsizing: "constant" },
       scene: { aspectmode: "manual", aspectratio: { x: ZOOM, y: ZOOM * view.half, z: ZOOM },
         xaxis: { ...hidden, range: [-1, 1] }, yaxis: { ...hidden, range: [-view.half, view.half] },
         zaxis: { ...hidden, range: [-1, 1] },
@@ -154,8 +163,10 @@
       angle = view.angles[frame];
       output.textContent = angle.toFixed(2) + " rad";
       slider.setAttribute("aria-valuetext", output.textContent);
-      await Plotly.restyle(plot, { x: [at.x, wall.x], y: [at.y, wall.y], z: [at.z, wall.z],
-        "marker.color": [at.speed] }, [0, 1]);
+      const all = [...at, wall], each = (axis) => all.map((one) => one[axis]);
+      const colours = view.classes.length ? {} : { "marker.color": [at[0].speed] };
+      await Plotly.restyle(plot, { x: each("x"), y: each("y"), z: each("z"), ...colours },
+        all.map((_, k) => k));
       document.querySelectorAll("figure.drawn").forEach((figure) => {
         const chart = charts[figure.dataset.chart];
         if (overAngle(chart)) {
