@@ -5,35 +5,21 @@ import re
 import numpy as np
 import pytest
 
-from liner_files import NOWHERE, families, trapezoids
+from liner_files import NOISE, NOWHERE, families, trapezoids, write_scan
 from millscale import _core
 from millscale.errors import CampaignError
 from millscale.liner.csv_table import read_csv
 from millscale.liner.given import Source, liner_from_file
-from millscale.liner.outline import Outline, arc_points, flattened
+from millscale.liner.outline import Outline, arc_points
 from millscale.liner.simplify import reached_error, signed_distance, simplified
 
 R = 4.0
-NOISE = 2e-3
-
-
-def scan(path, outline, noise=NOISE, count=400):
-    """Write points at equal distances along an outline, moved at random in both directions by up to
-    `noise`."""
-    chain, _ = flattened(outline, 1e-5)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(chain, axis=0), axis=1))])
-    at = np.linspace(0.0, along[-1], count)
-    points = np.column_stack([np.interp(at, along, chain[:, k]) for k in (0, 1)])
-    points += np.random.default_rng(7).uniform(-noise, noise, points.shape)
-    rows = "".join(f"{1e3 * x:.3f},{1e3 * y:.3f}\n" for x, y in points)
-    path.write_text("x_mm,y_mm\n" + rows)
-    return points
 
 
 @pytest.mark.parametrize("name", families(R))
 def test_a_scan_becomes_few_pieces_within_the_stated_error(tmp_path, name):
     outline = families(R)[name]
-    scan(tmp_path / "scan.csv", outline)
+    write_scan(tmp_path / "scan.csv", outline)
     source = Source(tmp_path / "scan.csv", tolerance=6e-3, turns="counter-clockwise")
     given = liner_from_file(source, R, 0.0)
     said = re.search(r"400 points are (\d+) lines and arcs, none farther than (\S+) m", str(given))
@@ -56,7 +42,7 @@ def test_the_stated_error_is_that_of_the_worst_point():
 
 
 def test_a_tolerance_below_the_noise_is_reported(tmp_path):
-    scan(tmp_path / "scan.csv", families(R)["rib"])
+    write_scan(tmp_path / "scan.csv", families(R)["rib"])
     given = liner_from_file(
         Source(tmp_path / "scan.csv", tolerance=1.5e-3, turns="clockwise"), R, 0
     )
@@ -64,13 +50,13 @@ def test_a_tolerance_below_the_noise_is_reported(tmp_path):
 
 
 def test_points_without_a_tolerance_are_taken_as_they_are(tmp_path):
-    scan(tmp_path / "scan.csv", families(R)["rib"], noise=2e-4)
+    write_scan(tmp_path / "scan.csv", families(R)["rib"], noise=2e-4)
     given = liner_from_file(Source(tmp_path / "scan.csv", turns="clockwise"), R, 0.0)
     assert len(given.shape.nodes) == 399
 
 
 def test_noise_that_crosses_itself_needs_a_tolerance(tmp_path):
-    scan(tmp_path / "scan.csv", families(R)["rib"], noise=2e-2)
+    write_scan(tmp_path / "scan.csv", families(R)["rib"], noise=2e-2)
     with pytest.raises(CampaignError, match=r"crosses or touches itself"):
         liner_from_file(Source(tmp_path / "scan.csv", turns="clockwise"), R, 0.0)
 

@@ -13,6 +13,7 @@ from millscale.liner.outline import Outline, flattened
 from millscale.liner.sector import COUNTER, Placing, profile_of
 
 NOWHERE = Path("nowhere")
+NOISE = 2e-3  # of a scan, in both directions [m]
 INSUNITS = {"in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6}
 
 
@@ -52,6 +53,19 @@ def write_csv(path, outline, unit="mm", error=1e-4):
     points = flattened(outline, error)[0] / LENGTHS[unit]
     rows = "".join(f"{x:.5f},{y:.5f}\n" for x, y in points)
     path.write_text(f"x_{unit},y_{unit}\n{rows}")
+
+
+def write_scan(path, outline, noise=NOISE, count=400):
+    """Write points at equal distances along an outline, moved at random in both directions by up to
+    `noise`."""
+    chain, _ = flattened(outline, 1e-5)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(chain, axis=0), axis=1))])
+    at = np.linspace(0.0, along[-1], count)
+    points = np.column_stack([np.interp(at, along, chain[:, k]) for k in (0, 1)])
+    points += np.random.default_rng(7).uniform(-noise, noise, points.shape)
+    rows = "".join(f"{1e3 * x:.3f},{1e3 * y:.3f}\n" for x, y in points)
+    path.write_text("x_mm,y_mm\n" + rows)
+    return points
 
 
 def write_dxf(path, outline, unit="mm", insunits=True, layer="liner"):
