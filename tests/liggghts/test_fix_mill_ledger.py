@@ -168,6 +168,13 @@ def test_a_rolling_ball_loses_the_work_of_rolling_friction(tmp_path):
     assert told["wall_impacts"] == 0.0 or told["wall_impact_energy"] < 1e-12
 
 
+# Diameters 1 : 1.5 : 2.5 of a hundred balls, the largest those of the equal ones.
+CLASSES = "".join(
+    f"set atom {first}*{last} diameter {diameter} density {DENSITY}\n"
+    for first, last, diameter in ((1, 40, 0.016), (41, 70, 0.024), (71, 100, 0.04))
+)
+
+
 def _drum(folder, options, dt=DT, balls=100):
     deck = mill_deck(
         folder,
@@ -194,6 +201,21 @@ def test_the_account_of_a_tumbling_charge_closes(tmp_path, options):
     assert abs(_unaccounted(told)) < 1e-5
     power = np.loadtxt(tmp_path / "power.txt", comments="#")
     assert work == pytest.approx(np.trapezoid(power, dx=DT), rel=1e-4)
+    for pairing in ("balls", "wall"):
+        for kind in ("normal", "tangential", "rolling"):
+            assert told[f"{pairing}_dissipated_{kind}"] > 0.0
+
+
+@pytest.mark.parametrize("options", PATHS.values(), ids=PATHS)
+def test_the_account_of_three_classes_closes(tmp_path, options):
+    # The smallest ball's contact has as many steps as the equal balls' have.
+    dt = 0.4 * DT
+    deck = _drum(tmp_path, options, dt) + CLASSES + LEDGER
+    told = _told(run(tmp_path, deck + "run 12500\n" + TELL))
+    assert told["work"] > 5.0
+    # The tolerances of the equal balls.
+    assert abs(told["residual"]) < 0.01 * told["work"]
+    assert abs(_unaccounted(told)) < 1e-5
     for pairing in ("balls", "wall"):
         for kind in ("normal", "tangential", "rolling"):
             assert told[f"{pairing}_dissipated_{kind}"] > 0.0

@@ -1,4 +1,4 @@
-"""Mixtures of three classes of balls and of 1 : 10: forces and torques against stock."""
+"""Mixtures of three classes of balls and of 1 : 10: forces against stock, momentum."""
 
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import pytest
 
 from bed import assert_same, run_bed
 from millscale import _core
-from millscale.campaign.campaign import Ball, BallClass
 from millscale.engine.material_block import material_block
 from millscale.packing.charge import Room, pack, write_data
+from mixture import charge_of
 from scene import HEAD, STOCK_CONTACTS, with_contacts
 
 pytestmark = pytest.mark.engine
@@ -24,18 +24,14 @@ MIXTURES = {
 DENSITIES = (2700.0, 7800.0, 4000.0)
 
 
-def _deck(folder, name):
-    """A deck, up to its first run, of a packing whose balls are swollen until they overlap."""
+def _deck(folder, name, swell=True):
+    """A deck, up to its first run, of a packing, by default swollen until its balls overlap."""
     sizes, count, swollen = MIXTURES[name]
-    numbers = [mass / radius**3 for radius, mass in sizes]
-    classes = tuple(
-        BallClass(radius, 1.0, n / sum(numbers))
-        for (radius, _), n in zip(sizes, numbers, strict=True)
-    )
-    ball = Ball(sum(a * m for a, m in sizes), 1.0, 0.0, 2.0, classes)
+    ball = charge_of(sizes)
     packing = pack(Room(DRUM, LENGTH), ball, count, np.random.default_rng(4))
-    packing = replace(packing, radii=swollen * packing.radii)
-    kinds, types = len(classes), len(classes) + 1
+    if swell:
+        packing = replace(packing, radii=swollen * packing.radii)
+    kinds, types = len(sizes), len(sizes) + 1
     folder.mkdir(exist_ok=True)
     write_data(packing, DENSITIES[:kinds], 0.6, folder / "charge.data", types)
     random = np.random.default_rng(7)
@@ -82,3 +78,33 @@ def test_forces_and_torques_of_a_mixture_are_those_of_stock(tmp_path, name, step
     touched = np.abs(stock["fx fy fz"]).max(axis=1) > 1.0
     assert set(types_of(tmp_path)[touched]) == set(types_of(tmp_path))
     assert_same(fast, stock, 1e-12)
+
+
+def momenta(state, radii, masses):
+    """Momentum [kg m/s] and angular momentum about the mill's axis [kg m^2/s] of each ball, (n, 4)
+    float."""
+    (x, _, z), (vx, _, vz) = state["x y z"].T, state["vx vy vz"].T
+    spin = state["omegax omegay omegaz"][:, 1]
+    angular = masses * (z * vx - x * vz + 0.4 * radii**2 * spin)
+    return np.column_stack([masses[:, None] * state["vx vy vz"], angular])
+
+
+@pytest.mark.parametrize("options", ["", "memory stock"], ids=["own history", "stock history"])
+@pytest.mark.parametrize("name", MIXTURES)
+def test_a_free_mixture_keeps_its_momentum(tmp_path, name, options):
+    """Without wall and gravity, classes that fly through each other keep the sums of momenta."""
+    deck = _deck(tmp_path, name, swell=False)
+    free = [line for line in deck.splitlines() if not line.startswith(("fix liner", "fix mill"))]
+    free = with_contacts("\n".join(free) + "\n", "fast", options)
+    atoms = (tmp_path / "charge.data").read_text().partition("Atoms\n\n")[2]
+    rows = np.loadtxt(atoms.splitlines())
+    radii = 0.5 * rows[:, 2]
+    masses = 4.0 / 3.0 * np.pi * radii**3 * rows[:, 3]
+    first, last = (momenta(run_bed(tmp_path, free, steps), radii, masses) for steps in (0, 3000))
+    # A quarter of the balls of every class have exchanged a hundredth of their momentum or more.
+    exchanged = np.linalg.norm((last - first)[:, :3], axis=1)
+    for kind in np.unique(rows[:, 1]):
+        own = rows[:, 1] == kind
+        assert np.quantile(exchanged[own] / np.linalg.norm(first[own, :3], axis=1), 0.75) > 0.01
+    # 3000 steps that each round by 1e-16 of what is added up.
+    assert np.abs((last - first).sum(axis=0) / np.abs(first).sum(axis=0)).max() < 3e-13
