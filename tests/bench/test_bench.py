@@ -97,15 +97,19 @@ def test_rows_compare_with_stock_liggghts(tmp_path):
 
 
 def test_an_unknown_scene_is_an_error_that_names_the_known_ones(tmp_path):
-    with pytest.raises(CampaignError, match=r"s3.*s2\.6, s1, drum, wall, slices, size, campaign"):
+    with pytest.raises(
+        CampaignError, match=r"s3.*s2\.6, s1, drum, mixture, wall, slices, size, campaign"
+    ):
         bench("s3", True, tmp_path / "runs", None)
     assert not (tmp_path / "runs").exists()
 
 
 def test_the_scenes_are_mills_of_the_campaign():
     ids = {case.id for case in cases_of(load_campaign(MILLS))}
-    assert {scene.case for scene in (*SCENES.values(), *SIZES)} == ids
+    assert {scene.case for scene in SCENES.values() if scene.campaign == MILLS} < ids
     assert {scene.case for scene in SIZES} == ids
+    for scene in SCENES.values():
+        assert scene.case in {case.id for case in cases_of(load_campaign(scene.campaign))}
 
 
 def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_path):
@@ -124,6 +128,41 @@ def test_cost_against_size_is_drawn_with_a_line_for_each_engine_and_rank(tmp_pat
         for ranks in ("1 rank", "2 ranks")
     }
     assert (tmp_path / "size.png").stat().st_size > 10_000
+
+
+def mixed_state(tmp_path):
+    """Return a state of the mixture's drum: large balls, clear of the wall, hit small ones."""
+    case = next(iter(cases_of(load_campaign(SCENES["mixture"].campaign))))
+    small, large = (one.radius_m for one in case.ball.classes)
+    bottom = -case.mill.radius_m
+    rows = [(0.0, y, bottom + 1.3 * large, large, 2, 0.5) for y in (0.06, 0.18)]
+    rows += [(0.0125 * i, 0.012 * k + 0.006, bottom + 0.1455 + 0.0125 * j, small, 1, 0.0)
+             for i in range(-4, 5) for k in range(20) for j in range(3)]  # fmt: skip
+    spins = np.random.default_rng(2).normal(size=(len(rows), 3))
+    balls = [
+        (n, kind, x, y, z, 0.0, 0.0, up, *spin, radius, 2678.0)
+        for n, ((x, y, z, radius, kind, up), spin) in enumerate(zip(rows, spins, strict=True), 1)
+    ]
+    write_dump(tmp_path / "state.dump", balls)
+    box = (case.domain.half_box_m, case.mill.simulated_length_m)
+    count = write_data(tmp_path / "state.dump", box, tmp_path / "state.data", 3)
+    surface = build_liner_mesh(liner_of(case.mill), box[1], case.wall.chord_error_m, 1)
+    write_stl(tmp_path / "liner.stl", surface)
+    return State(case, tmp_path / "state.data", tmp_path / "liner.stl", 0.0, count)
+
+
+@pytest.mark.engine
+def test_the_engines_move_a_mixture_alike(tmp_path):
+    state, energies = mixed_state(tmp_path), []
+    for variant in (MILLSCALE, LIGGGHTS):
+        folder = tmp_path / variant.engine
+        assert time_run(variant, state, 1, 100, 200, folder).total > 0.0
+        log = (folder / "log.bench").read_text()
+        energies.append(float(re.findall(rf"^ *300 +{state.balls} +(\S+)", log, re.M)[-1]))
+        # A skin of 20 or 15 mm of balls of 20 mm, for 6 mm.
+        assert f"neighbor        {0.3 * variant.skin:g} bin" in log
+    # Both classes have collided, none with the wall: rounding, printed with eight digits.
+    assert energies[0] == pytest.approx(energies[1], rel=1e-6)
 
 
 def moving_state(tmp_path):

@@ -16,13 +16,16 @@ from millscale.campaign.contacts import ContactOptions
 from millscale.cases.wall_panels import panels_of
 from millscale.engine.deck_run import find_engine, mpirun_line
 from millscale.engine.log import loop_timing
+from millscale.engine.material_block import material_block
 from millscale.errors import CampaignError, EngineError
 from millscale.mesh import curvature_deg
+from millscale.runs.atom_types import atom_types
 from millscale.runs.case_file import Case
 from millscale.runs.liner import liner_of
 from millscale.runs.writing import write_text
 
 DECKS = Path(__file__).parent / "decks"
+SKIN_RADIUS = 0.020
 _TIME_LOOP = re.compile(r"^Time loop: (.+)$", re.M)
 
 
@@ -34,7 +37,8 @@ class Variant:
         engine: millscale or liggghts.
         wall: analytic or mesh.
         pair: a key of CONTACTS; of another engine, the name of its contact model.
-        skin: of the neighbour list [m]; by default the optimum of stock contacts.
+        skin: of the neighbour list [m], of balls of `SKIN_RADIUS`; by default the optimum of stock
+            contacts. Other balls take it in proportion to the smallest radius.
         step: scene, a deck of the bench; or bare and campaign, steps of the decks of the case.
     """
 
@@ -118,6 +122,7 @@ def time_run(
         write_text(folder / "pair.in", f"pair_style gran model {models} {words}\n")
         lines = [f"variable {name} string {value}\n" for name, value in values.items()]
         write_text(folder / "values.in", "".join(lines))
+        write_text(folder / "properties.in", _properties(state.case))
         deck = "bench.in"
     else:
         deck = write_case_step(variant.step, contacts.precision, state, (warm_steps, steps), folder)
@@ -159,7 +164,8 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "state": state.data,
         "liner_file": state.liner,
         "wall": variant.wall,
-        "skin": variant.skin,
+        "skin": variant.skin * smallest_radius(case) / SKIN_RADIUS,
+        "liner_type": atom_types(case).liner_type,
         "time_step": case.time.step_s,
         "youngs_modulus": material.youngs_modulus_pa,
         "poisson_ratio": material.poisson_ratio,
@@ -178,6 +184,23 @@ def _values(variant: Variant, state: State) -> dict[str, object]:
         "lifter_top_width": mill.lifter_top_width_m,
         "groove_width": mill.groove_width_m,
     }
+
+
+def smallest_radius(case: Case) -> float:
+    """Return the radius of the smallest class [m]."""
+    return min((one.radius_m for one in case.ball.classes), default=case.ball.radius_m)
+
+
+def _properties(case: Case) -> str:
+    """Return the lines of a deck with the properties of all types."""
+    types = atom_types(case)
+    return material_block(
+        [one.youngs_modulus_pa for one in types.all],
+        [one.poisson_ratio for one in types.all],
+        restitution=types.matrix("restitution"),
+        friction=types.matrix("static_friction"),
+        rolling_friction=types.matrix("rolling_friction"),
+    )
 
 
 def _curvature(case: Case) -> float:

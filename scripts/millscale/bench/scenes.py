@@ -12,6 +12,7 @@ from millscale.bench.running import engine_output, finish_campaign
 from millscale.bench.state import STATE_FILE, State, write_data
 from millscale.engine.deck_run import find_engine
 from millscale.mesh import build_liner_mesh, write_stl
+from millscale.runs.atom_types import atom_types
 from millscale.runs.case_file import load_case
 from millscale.runs.liner import liner_of
 from millscale.runs.untrusted import read_object
@@ -19,6 +20,7 @@ from millscale.runs.writing import write_json
 
 MILLS = Path(__file__).parent / "mills.toml"
 DRUM = Path(__file__).parent / "drum.toml"
+MIXTURE = Path(__file__).parent / "mixture.toml"
 SLICE_OF_MILL = Path(__file__).parent / "slice.toml"
 _ANGLE = re.compile(r"^ *\d+ +\d+ +\S+ +(\S+)", re.M)
 
@@ -51,6 +53,7 @@ SCENES = {
         Scene("s2.6", MILLS, "mb-cg-paper-S2.600", 1, 1000, 500, 11),
         Scene("s1", MILLS, "mb-cg-paper-S1.000", 2, 400, 200, 5),
         Scene("drum", DRUM, "mb-cg-paper-S1.000", 1, 500, 400, 5),
+        Scene("mixture", MIXTURE, "mb-cg-paper-S1.000", 1, 500, 200, 5),
     )
 }
 
@@ -95,7 +98,8 @@ def _write_state(case_folder: Path) -> None:
     case = load_case(case_folder)
     box = (case.domain.half_box_m, case.mill.simulated_length_m)
     dump = case_folder / "state.dump"
-    balls = write_data(dump, box, case_folder / STATE_FILE)
+    types = len(atom_types(case).all)
+    balls = write_data(dump, box, case_folder / STATE_FILE, types)
     dump.unlink()
     surface = build_liner_mesh(
         liner_of(case.mill), box[1], case.wall.chord_error_m, case.wall.axial_divisions

@@ -33,13 +33,14 @@ class State:
     balls: int
 
 
-def write_data(dump: Path, box: tuple[float, float], data: Path) -> int:
+def write_data(dump: Path, box: tuple[float, float], data: Path, types: int = 2) -> int:
     """Write the balls of a dump as a data file; return their number.
 
     Columns of the dump: id type x y z vx vy vz omegax omegay omegaz radius density.
 
     Args:
         box: half the box in x and z, length along y [m].
+        types: classes of balls, and walls.
     """
     balls = read_dump(dump)
     half, length = box
@@ -49,7 +50,7 @@ def write_data(dump: Path, box: tuple[float, float], data: Path) -> int:
     with writing(data) as binary:
         file = io.TextIOWrapper(binary, encoding="ascii", write_through=True)
         file.write(
-            f"Balls of a mill in motion\n\n{order.size} atoms\n2 atom types\n\n"
+            f"Balls of a mill in motion\n\n{order.size} atoms\n{types} atom types\n\n"
             f"{-half!r} {half!r} xlo xhi\n0.0 {length!r} ylo yhi\n{-half!r} {half!r} zlo zhi\n\n"
         )
         _section(file, "Atoms", rows, ["id", "type", "diameter", "density", "x", "y", "z"])

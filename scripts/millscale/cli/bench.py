@@ -23,6 +23,7 @@ def time_step_cost(
             metavar="NAME",
             help="s2.6: 13,370 balls, 1 rank; s1: the physical mill, 231,461 balls, 2 ranks; "
             "drum: a smooth drum, also in LAMMPS and Yade, which must be installed; "
+            "mixture: a drum with balls of 1 : 10; "
             "wall: mesh against analytic wall, for one ball and for s2.6; "
             "size: 1,020 to 231,461 balls on 1 and 2 ranks, with a figure; "
             "slices: the means of a shorter piece of the mill; "
