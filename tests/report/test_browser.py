@@ -133,7 +133,6 @@ def test_the_legend_of_a_view_names_the_classes_and_hides_one(browser, classes, 
         "([p, x]) => p.data[2].x[0] != x", arg=[plot.element_handle(), before[0]]
     )
     assert [count for count, _, _ in plot.evaluate(shown)][:3] == [50, 50, 50]
-    view.screenshot(path="/tmp/h/rc/view.png")
     plot.locator(".legendtoggle").first.click()
     page.wait_for_function("p => p.data[0].visible === 'legendonly'", arg=plot.element_handle())
     page.close()
