@@ -54,7 +54,7 @@ def colour_of_S(S: float) -> str:
     from blue to orange. Each has a contrast of 3 or more on white."""
     if S <= 1.0:
         return "#000000"
-    # 1 - 1/S tells small S apart and ends; beyond LARGEST_S nothing is simulated.
+    # 1 - 1/S is bounded and differs most at small S; nothing is simulated beyond LARGEST_S.
     place = min(1.0, (1.0 - 1.0 / S) / (1.0 - 1.0 / LARGEST_S))
     return to_hex(colormaps["plasma"](LIGHTEST * place))
 

@@ -88,7 +88,7 @@ def _is_section(name: str) -> bool:
 
 
 def _few(path: Path, section: str, unknown: list[str], mistakes: Mistakes) -> list[str]:
-    """Return the first unknown words; of more a mistake tells the number alone."""
+    """Return the first unknown words; of the others a mistake states only the number."""
     if len(unknown) > MOST_UNKNOWN:
         cause = f"{len(unknown) - MOST_UNKNOWN:,} more unknown keys"
         accepted = "the keys of docs/reference/campaign-file.md"
