@@ -25,6 +25,13 @@ LAW_REMEDY = (
 )
 THROW_REMEDY = "sample more often and turn by at least one revolution, or reduce step_s"
 
+# Beyond it the charge takes up less than half of the power of the drive: docs/theory/charge.md.
+MOST_SLIP = 0.5
+SLIP_REMEDY = (
+    "the mill does not lift its charge: check the friction of balls and wall (with a rolling "
+    "friction near 0 balls roll on a smooth wall), or model lifters and end walls as in the mill"
+)
+
 # Of the torque between even and odd steps: beyond it a time step is too long for the wall.
 MOST_ALTERNATING = 5e-3
 
@@ -96,7 +103,11 @@ def campaign_checks(
 def _charge(charge: Charge) -> dict[str, Check]:
     result, steady = charge.result, charge.result.steady
     why = f": {'; '.join(steady.reasons)}" if steady.reasons else ""
-    found = {
+    found = {}
+    if result.liner_slip is not None:
+        text = "speed by which the balls on the liner stay behind it, over that of the liner"
+        found["liner_slip"] = (at_most(text, result.liner_slip, MOST_SLIP), SLIP_REMEDY)
+    found |= {
         "balls_kept": (
             at_most("no ball is lost", int(result.problem is not None), 0),
             "reduce step_s, and look at the log of the case",

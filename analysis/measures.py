@@ -265,6 +265,15 @@ QUANTITIES = (
         read=lambda charge: charge.result.ends and charge.result.ends.power_share,
         of_result=True,
     ),
+    Quantity(
+        "liner_slip",
+        "slip on the liner",
+        "%",
+        100.0,
+        1,
+        read=lambda charge: charge.result.liner_slip,
+        of_result=True,
+    ),
     _end("toe_angle_rad", "toe", lambda ends: ends.toe),
     _end("shoulder_angle_rad", "shoulder", lambda ends: ends.shoulder),
     Quantity(

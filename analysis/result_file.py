@@ -197,6 +197,7 @@ class ChargeResult:
         standard_error: of some of `dimensionless`; None without pitches.
         ledger: the energy budget; None where none was kept.
         ends: of end walls; None with periodic ends.
+        liner_slip: of the balls on the liner; None where the series lacks it.
         segregation: radial index of each class of balls; None of one class.
     """
 
@@ -214,6 +215,7 @@ class ChargeResult:
     rotation_angle_rad: float
     ledger: EnergyBudget | None = None
     ends: EndWalls | None = None
+    liner_slip: float | None = None
     segregation: tuple[float, ...] | None = None
 
     def document(self) -> dict[str, Any]:

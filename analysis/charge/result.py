@@ -107,7 +107,18 @@ def charge_result(case: Case, series: Series) -> ChargeResult:
         largest_overlap_over_radius=_largest_overlap(case, series),
         rotation_angle_rad=float(angle[-1]),
         ends=_end_walls(case, series, window),
+        liner_slip=_liner_slip(series, window),
     )
+
+
+def _liner_slip(series: Series, window: Window) -> float | None:
+    """Return the mean slip on the liner in a window, over the rows with a ball on the liner; None
+    without such rows."""
+    angle = series["mill_angle_rad"]
+    slip = series.get("liner_slip", np.full_like(angle, np.nan))
+    known = np.isfinite(slip)
+    in_window = known & (angle >= window.begin) & (angle <= window.end)
+    return window.mean(angle[known], slip[known]) if in_window.sum() > 1 else None
 
 
 def _end_walls(case: Case, series: Series, window: Window) -> EndWalls | None:

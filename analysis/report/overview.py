@@ -18,7 +18,7 @@ from millscale.analysis.charge.physical_mill import PhysicalMill, balls_per_leng
 from millscale.analysis.charge.range_of_law import largest_S, outside_range
 from millscale.analysis.charge.rows import ChargeRow
 from millscale.analysis.charge.scaled_mills import ScaledMill
-from millscale.analysis.checks import MOST_OVERLAP, Check
+from millscale.analysis.checks import MOST_OVERLAP, MOST_SLIP, Check
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import Campaign
 from millscale.analysis.means import deviation, mean_known
@@ -164,6 +164,7 @@ class Overview:
         source: which runs the answers are from.
         rows: the physical mill by each scaled mill.
         models: its power by published models.
+        slipping: what a charge that slips on the liner means for the answers; empty without one.
     """
 
     facts: list[tuple[str, str]]
@@ -172,6 +173,7 @@ class Overview:
     trust: list[Trust]
     rows: list[PhysicalRow]
     models: list[ModelPower]
+    slipping: str = ""
 
 
 def overview(campaign: Campaign, predicted: Sequence[Predicted] = ()) -> Overview:
@@ -192,6 +194,7 @@ def overview(campaign: Campaign, predicted: Sequence[Predicted] = ()) -> Overvie
         trust=_trust(campaign, best),
         rows=rows,
         models=models_for(best.mill.first.case),
+        slipping=_slipping(campaign.charges, campaign.checks),
     )
 
 
@@ -351,6 +354,7 @@ def _trust(campaign: Campaign, row: PhysicalRow) -> list[Trust]:
     charges = campaign.charges
     checks = campaign.checks
     return [
+        _lifts(charges, checks),
         _steady(charges),
         _energy(charges),
         _overlap(charges, checks),
@@ -358,6 +362,30 @@ def _trust(campaign: Campaign, row: PhysicalRow) -> list[Trust]:
         _step(charges, checks),
         _range(charges),
     ]
+
+
+def _slipping(charges: Sequence[Charge], checks: dict[str, Check]) -> str:
+    found = [x for x in charges if (x.result.liner_slip or 0.0) > MOST_SLIP]
+    if not found:
+        return ""
+    worst = max(found, key=lambda x: x.result.liner_slip or 0.0)
+    return (
+        f"In {len(found)} of {counted(len(charges), 'charge')} the balls on the liner stay behind "
+        f"it by more than {100.0 * MOST_SLIP:g} % of its speed (most: {worst.id}, "
+        f"{100.0 * (worst.result.liner_slip or 0.0):.0f} %), so the numbers below are those of a "
+        f"mill that does not lift. To do: {checks[f'liner_slip/{worst.id}'].remedy}."
+    )
+
+
+def _lifts(charges: Sequence[Charge], checks: dict[str, Check]) -> Trust:
+    known = [(slip, x) for x in charges if (slip := x.result.liner_slip) is not None]
+    if not known:
+        return Trust("Lifts?", UNKNOWN, "slip on the liner not recorded", "run the cases again")
+    slip, charge = max(known, key=lambda pair: pair[0])
+    text = f"balls on the liner stay behind it by at most {100.0 * slip:.2g} % of its speed"
+    if slip <= MOST_SLIP:
+        return Trust("Lifts?", GOOD, text)
+    return Trust("Lifts?", BAD, text, checks[f"liner_slip/{charge.id}"].remedy)
 
 
 def _steady(charges: Sequence[Charge]) -> Trust:

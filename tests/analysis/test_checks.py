@@ -97,6 +97,17 @@ def test_what_the_campaign_does_not_show_neither_passes_nor_fails(campaign):
     assert checks["linear_in_prediction/constant-gravity/paper"].passed is None
 
 
+def test_a_slipping_charge_is_the_first_failure_and_an_unknown_slip_is_no_check(campaign):
+    charge = campaign.charges[0]
+    spoiled = with_result(charge, liner_slip=0.93, problem="lost", alternating_torque=1.0)
+    checks = checks_of(campaign, rows=[], fits=[], charges=[spoiled])
+    failed = [name for name, check in checks.items() if check.passed is False]
+    assert failed[0] == f"liner_slip/{charge.id}"
+    assert "does not lift" in checks[failed[0]].remedy
+    unknown = with_result(charge, liner_slip=None)
+    assert f"liner_slip/{charge.id}" not in checks_of(campaign, charges=[unknown])
+
+
 def test_lost_balls_fail(campaign):
     spoiled = {"problem": "two balls fewer", "largest_overlap_over_radius": 0.2}
     charge = with_result(campaign.charges[0], **spoiled)
@@ -110,6 +121,7 @@ def test_lost_balls_fail(campaign):
     [
         ("torque_balance", {"difference": -0.002}, "torque_balance"),
         ("", {"alternating_torque": 0.02}, "alternating_torque"),
+        ("", {"liner_slip": 0.51}, "liner_slip"),
         ("steady", {"reasons": ["it drifts"]}, "steady"),
     ],
 )

@@ -17,8 +17,9 @@ SHAPE = (
 NAMES = (
     *("balls", "mass", "translation", "rotation", "potential", "x", "z", "fixed", "rotating"),
     *("toe", "shoulder", "overlap", "ball_overlap", "wall_overlap", "speed", "angular_momentum"),
+    "liner_slip",
 )
-PRINT = 'print "charge ' + " ".join(f"$(c_charge[{k}])" for k in range(1, 17)) + '"\n'
+PRINT = 'print "charge ' + " ".join(f"$(c_charge[{k}])" for k in range(1, 18)) + '"\n'
 DUMP = (
     "dump end all custom 1 end.dump id x y z vx vy vz omegax omegay omegaz radius mass\n"
     'dump_modify end format "%d' + " %.17g" * 11 + '"\n'
@@ -26,14 +27,14 @@ DUMP = (
 
 
 def _measure(folder, deck, steps, box="", ranks=1):
-    """Numbers of the compute after `steps`, by name, and the balls they are of."""
+    """Numbers of the compute after `steps` by name, its balls, and the mill's angle and speed."""
     deck += f"compute charge all mill/charge mill mill {SHAPE} {box}\n"
     deck += f"thermo_style custom step c_charge[1]\nthermo {max(steps, 1)}\n"
-    deck += f'run {steps}\nprint "angle $(f_mill)"\n{PRINT}{DUMP}run 0\n'
+    deck += f'run {steps}\nprint "turned $(f_mill[1]) $(f_mill[2])"\n{PRINT}{DUMP}run 0\n'
     result = run(folder, deck, ranks)
     assert result.code == 0, result.text[-2000:]
     values = dict(zip(NAMES, result.printed("charge"), strict=True))
-    return values, read_dump(folder / "end.dump"), result.printed("angle")[0]
+    return values, read_dump(folder / "end.dump"), *result.printed("turned")
 
 
 def _within(corners, points):
@@ -82,13 +83,15 @@ def _largest_overlap(balls):
     return (balls["radius"][:, None] + balls["radius"] - distance).max()
 
 
-def _check_against_definitions(values, balls, box_fixed, angle):
+def _check_against_definitions(values, balls, box_fixed, angle, omega):
     mass, v2 = balls["mass"], sum(balls[f"v{d}"] ** 2 for d in "xyz")
     spin2 = sum(balls[f"omega{d}"] ** 2 for d in "xyz")
     section = np.column_stack([balls["x"], balls["z"]])
     box_rotating = _turned(box_fixed, angle)
     at_rest = _turned(section, -angle)
     wall = balls["radius"] - [LINER.nearest(*p).distance for p in at_rest]
+    path = mass * (balls["z"] * balls["vx"] - balls["x"] * balls["vz"])
+    touches, inertia = wall > 0.0, mass * (section**2).sum(axis=1)
     expected = {
         "balls": len(mass),
         "mass": mass.sum(),
@@ -102,10 +105,10 @@ def _check_against_definitions(values, balls, box_fixed, angle):
         "ball_overlap": max(_largest_overlap(balls), 0.0),
         "wall_overlap": max(wall.max(), 0.0),
         "speed": np.sqrt(v2.max()),
-        "angular_momentum": (
-            mass * (balls["z"] * balls["vx"] - balls["x"] * balls["vz"])
-            + 0.4 * mass * balls["radius"] ** 2 * balls["omegay"]
-        ).sum(),
+        "angular_momentum": (path + 0.4 * mass * balls["radius"] ** 2 * balls["omegay"]).sum(),
+        "liner_slip": (
+            1 - path[touches].sum() / (omega * inertia[touches].sum()) if omega else np.nan
+        ),
     }
     expected["overlap"] = max(expected["ball_overlap"], expected["wall_overlap"])
     for name, value in expected.items():
@@ -120,18 +123,19 @@ def _check_against_definitions(values, balls, box_fixed, angle):
 def test_a_moving_charge_measures_as_its_definitions_say(tmp_path):
     charge = loose_bed(RADIUS, 250, SLICE, seed=4)
     deck = mill_deck(tmp_path, charge, S, "constant-gravity", dt=1e-4, wall="analytic")
-    values, balls, angle = _measure(tmp_path, deck, 1500)
+    values, balls, angle, omega = _measure(tmp_path, deck, 1500)
     assert angle > 0.2
     corners = np.array(LINER.groove_box())
-    _check_against_definitions(values, balls, corners, angle)
+    _check_against_definitions(values, balls, corners, angle, omega)
     assert values["rotation"] > 0
+    assert 0.01 < values["liner_slip"] < 2
 
 
 def test_the_box_stands_where_it_is_asked_to(tmp_path):
     charge = loose_bed(RADIUS, 250, SLICE, seed=4)
     deck = mill_deck(tmp_path, charge, S, "constant-gravity", dt=1e-4, wall="analytic")
-    values, balls, angle = _measure(tmp_path, deck, 1500, box="box_angle 0.1")
-    _check_against_definitions(values, balls, _turned(LINER.groove_box(), 0.1), angle)
+    values, balls, angle, omega = _measure(tmp_path, deck, 1500, box="box_angle 0.1")
+    _check_against_definitions(values, balls, _turned(LINER.groove_box(), 0.1), angle, omega)
 
 
 def _ring_of_balls():
@@ -156,11 +160,11 @@ def test_a_known_bed_measures_the_same_on_one_rank_and_on_two(tmp_path):
             folder, charge, S, "constant-gravity", dt=1e-4, start="never", wall="analytic"
         )
         deck += "velocity all set 0.1 -0.2 0.3\n"
-        values, balls, angle = _measure(folder, deck, 0, ranks=ranks)
+        values, balls, angle, omega = _measure(folder, deck, 0, ranks=ranks)
         measured.append(values)
     one, two = measured
     assert_allclose([two[n] for n in NAMES], [one[n] for n in NAMES], rtol=1e-11, atol=1e-14)
-    _check_against_definitions(one, balls, np.array(LINER.groove_box()), angle)
+    _check_against_definitions(one, balls, np.array(LINER.groove_box()), angle, omega)
     resolution = BALL / (TOP - BALL)
     assert one["shoulder"] == pytest.approx(1.2, abs=resolution)
     assert one["toe"] == pytest.approx(3.9, abs=2 * resolution)  # the last ball, and its bin

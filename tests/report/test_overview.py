@@ -106,6 +106,22 @@ def test_what_is_not_to_be_trusted_says_what_to_do(campaign):
         assert item.state == GOOD or item.remedy
 
 
+def test_a_charge_that_slips_is_said_before_the_answers(campaign):
+    charge = campaign.charges[0]
+    trust = trust_of(campaign, [charge])
+    assert next(iter(trust)) == "Lifts?" and trust["Lifts?"].state == GOOD
+    assert overview(campaign).slipping == ""
+    slips = with_result(charge, liner_slip=0.91)
+    found = trust_of(campaign, [slips])["Lifts?"]
+    assert found.state == BAD and "91 %" in found.found and "friction" in found.remedy
+    both = first_screen.Campaign(campaign.runs, campaign.about, campaign.single, [charge, slips])
+    text = overview(both).slipping
+    assert text.startswith("In 1 of 2 charges") and f"{charge.id}, 91 %" in text
+    assert found.remedy in text
+    unknown = trust_of(campaign, [with_result(charge, liner_slip=None)])["Lifts?"]
+    assert unknown.state == first_screen.UNKNOWN and unknown.remedy
+
+
 def test_the_steady_mill_nearest_to_the_physical_one_is_shown_first(throws):
     rows = physical_rows(load_campaign(throws).comparison)
     assert min(row.mill.name.S for row in rows) == first_screen.nearest(rows).mill.name.S

@@ -66,6 +66,7 @@ def charge_columns(case: dict[str, Any], end: float = 1.0) -> dict[str, np.ndarr
         "balls_on_wall": 0.2 * count * ones,
         "balls_in_bed": 0.5 * count * ones,
         "balls_in_flight": 0.3 * count * ones,
+        "liner_slip": 0.04 * ones,
     }
 
 

@@ -28,7 +28,8 @@ CHARGE_SERIES = (
     "centre_x_m,centre_z_m,angular_momentum_Nms,drive_work_J,drive_torque_Nm,drive_power_W,"
     "alternating_torque_Nm,balls_on_wall,balls_in_bed,balls_in_flight,"
     "box_fixed_mass_fraction,box_rotating_mass_fraction,toe_angle_rad,shoulder_angle_rad,"
-    "largest_overlap_m,largest_speed_m_s,ends_work_J,ends_impulse_Nms"
+    "largest_overlap_m,largest_speed_m_s,ends_work_J,ends_impulse_Nms,"
+    "liner_slip"
 )
 CHARGE_DUMP = (
     "id type x y z vx vy vz radius "

@@ -17,10 +17,10 @@
 namespace millscale::charge {
 
 /// One ball: its centre in the cross-section, from the axis, the squares of velocity and spin, and
-/// its angular momentum about the axis, spin included [kg m^2/s].
+/// the angular momentum about the axis of its path and of its spin [kg m^2/s].
 struct Ball {
   liner::Point centre;
-  double mass, radius, speed_squared, spin_squared, angular_momentum;
+  double mass, radius, speed_squared, spin_squared, path_momentum, spin_momentum;
 };
 
 /// What is measured, besides the sums over all balls.
@@ -39,6 +39,15 @@ struct Summary {
   double toe, shoulder;            ///< from the vertical [rad]; NaN without a bed at the wall
   double overlap_with_ball, overlap_with_wall, largest_speed;
   double angular_momentum;  ///< about the axis, in the direction of rotation [kg m^2/s]
+  double layer_speed;  ///< of the balls that touch the liner about the axis [rad/s]; NaN without
+
+  /// Return how far the balls that touch the liner stay behind it, over its speed [rad/s]; NaN
+  /// without such balls or at rest. docs/theory/charge.md, slip on the liner.
+  double liner_slip(double mill_speed) const
+  {
+    return mill_speed != 0.0 ? 1.0 - layer_speed / mill_speed
+                             : std::numeric_limits<double>::quiet_NaN();
+  }
 };
 
 /// Numbers of one pass over the balls: maxima first, then sums, so that the numbers of several
@@ -91,7 +100,7 @@ class ChargeSums {
         0.5 * sphere_inertia * ball.mass * ball.radius * ball.radius * ball.spin_squared;
     numbers_[moment_x] += ball.mass * ball.centre.x;
     numbers_[moment_z] += ball.mass * ball.centre.z;
-    numbers_[angular_momentum] += ball.angular_momentum;
+    numbers_[angular_momentum] += ball.path_momentum + ball.spin_momentum;
     const double near = top_ - 2.0 * std::max(plan_.ball_radius, ball.radius);
     if (near < 0.0 || square > near * near) add_near_wall(ball, std::sqrt(square));
   }
@@ -132,6 +141,8 @@ class ChargeSums {
     s.overlap_with_wall = numbers_[overlap_with_wall];
     s.largest_speed = std::sqrt(numbers_[speed_squared]);
     s.angular_momentum = numbers_[angular_momentum];
+    s.layer_speed =
+        numbers_[layer_inertia] > 0.0 ? numbers_[layer_momentum] / numbers_[layer_inertia] : none;
     put_bed(s);
     return s;
   }
@@ -150,6 +161,8 @@ class ChargeSums {
     moment_x,
     moment_z,
     angular_momentum,
+    layer_momentum,
+    layer_inertia,
     in_fixed,
     in_rotating,
     first_bin
@@ -180,6 +193,10 @@ class ChargeSums {
           finder_.contacts({-at_rest.tangential, -at_rest.radial}, ball.radius);
       for (int c = 0; c < found.count; ++c)
         raise(overlap_with_wall, found.contact[static_cast<std::size_t>(c)].overlap);
+      if (found.count > 0) {
+        numbers_[layer_momentum] += ball.path_momentum;
+        numbers_[layer_inertia] += ball.mass * distance * distance;
+      }
     }
   }
 

@@ -27,7 +27,7 @@ using millscale::Vector;
 
 namespace {
 
-constexpr int published_size = 16;
+constexpr int published_size = 17;
 constexpr int all_balls = 0;  // the engine's first group
 
 void merge_numbers(void* from, void* into, int* count, MPI_Datatype* type)
@@ -128,7 +128,8 @@ void ComputeMillCharge::compute_vector()
                                             all.overlap_with_ball,
                                             all.overlap_with_wall,
                                             all.largest_speed,
-                                            all.angular_momentum};
+                                            all.angular_momentum,
+                                            all.liner_slip(mill_fix_->speed_now())};
   std::copy(published, published + published_size, vector);
 }
 
@@ -137,15 +138,20 @@ liner::Point ComputeMillCharge::centre(int i) const
   return liner::section(frame_.point(atom->x[i]));
 }
 
-/// Return the angular momentum about the mill's axis, spin included [kg m^2/s].
-double ComputeMillCharge::angular_momentum(int i) const
+/// Return the angular momentum of a ball's path about the mill's axis [kg m^2/s].
+double ComputeMillCharge::path_momentum(int i) const
 {
-  const double *v = atom->v[i], *spin = atom->omega[i];
+  const double* v = atom->v[i];
   const Vector of_path = millscale::cross(frame_.arm(atom->x[i]), {v[0], v[1], v[2]});
-  const Vector& axis = frame_.axis();
-  return atom->rmass[i] * (millscale::dot(axis, of_path) +
-                           millscale::sphere_inertia * atom->radius[i] * atom->radius[i] *
-                               millscale::dot(axis, {spin[0], spin[1], spin[2]}));
+  return atom->rmass[i] * millscale::dot(frame_.axis(), of_path);
+}
+
+/// Return the angular momentum of a ball's spin about the mill's axis [kg m^2/s].
+double ComputeMillCharge::spin_momentum(int i) const
+{
+  const double* spin = atom->omega[i];
+  return atom->rmass[i] * millscale::sphere_inertia * atom->radius[i] * atom->radius[i] *
+         millscale::dot(frame_.axis(), {spin[0], spin[1], spin[2]});
 }
 
 void ComputeMillCharge::read_balls()
@@ -153,7 +159,7 @@ void ComputeMillCharge::read_balls()
   for (int i = 0; i < atom->nlocal; ++i)
     if (atom->mask[i] & groupbit)
       sums_->add({centre(i), atom->rmass[i], atom->radius[i], squared(atom->v[i]),
-                  squared(atom->omega[i]), angular_momentum(i)});
+                  squared(atom->omega[i]), path_momentum(i), spin_momentum(i)});
 }
 
 bool ComputeMillCharge::reads_overlap_now()

@@ -19,8 +19,9 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 
 /// Measures of the whole charge, in one pass over the balls and one collective: energies, centre of
-/// mass, monitoring boxes, toe and shoulder, largest overlap and speed. Stops the run when balls
-/// are lost or outside the liner. Arguments and c_ID[k]: docs/reference/styles.md.
+/// mass, monitoring boxes, toe and shoulder, slip on the liner, largest overlap and speed. Stops
+/// the run when balls are lost or outside the liner. Arguments and c_ID[k]:
+/// docs/reference/styles.md.
 class ComputeMillCharge : public Compute, public ReadsOverlap {
  public:
   ComputeMillCharge(class LAMMPS*, int& iarg, int narg, char**);
@@ -38,7 +39,8 @@ class ComputeMillCharge : public Compute, public ReadsOverlap {
   void report_outside(double count);
   std::string missing_ids(double before) const;
   millscale::liner::Point centre(int i) const;
-  double angular_momentum(int i) const;
+  double path_momentum(int i) const;
+  double spin_momentum(int i) const;
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;

@@ -48,10 +48,10 @@ REQUIRED = {
         "residual_J",
     ),
 }
-# Of a plain drum, and of a charge without a bed.
+# Of a plain drum, and of a charge without a bed or off the liner.
 _MAY_BE_NAN = {
     *("box_fixed_mass_fraction", "box_rotating_mass_fraction"),
-    *("toe_angle_rad", "shoulder_angle_rad"),
+    *("toe_angle_rad", "shoulder_angle_rad", "liner_slip"),
 }
 # Columns of versions that sampled torque and power at single steps; they alternate between steps.
 _SAMPLED = {"torque_Nm", "power_W"}

@@ -33,7 +33,7 @@ LARGEST = ("largest_overlap_m", "largest_speed_m_s")
 QUANTITIES = (
     *("drive_torque_Nm", "kinetic_translation_J", "kinetic_rotation_J", "centre_x_m"),
     *("balls_on_wall", "balls_in_bed", "balls_in_flight"),
-    *("box_fixed_mass_fraction", "toe_angle_rad", "shoulder_angle_rad", *LARGEST),
+    *("box_fixed_mass_fraction", "toe_angle_rad", "shoulder_angle_rad", "liner_slip", *LARGEST),
 )
 _RUN = re.compile(r"^run\s.*$", re.M)
 

@@ -24,8 +24,20 @@ def test_means_are_those_put_in(charge_case):
     for name, value in expected.items():
         assert_allclose(result.dimensionless[name], value, rtol=2e-3)
     assert_allclose(result.mean["flying_share"], 0.3)
+    assert_allclose(result.liner_slip, 0.04)
     assert result.problem is None
     assert result.steady.is_steady, result.steady.reasons
+
+
+def test_the_slip_is_that_of_the_rows_with_a_ball_on_the_liner(charge_case):
+    columns = charge_columns(charge_case, end=8.0)
+    columns["liner_slip"][::2] = np.nan
+    columns["liner_slip"][1::2] = 0.6
+    assert_allclose(result_of(charge_case, columns).liner_slip, 0.6)
+    columns["liner_slip"][:] = np.nan
+    assert result_of(charge_case, columns).liner_slip is None
+    del columns["liner_slip"]  # of an earlier version
+    assert result_of(charge_case, columns).liner_slip is None
 
 
 def test_a_short_rotation_has_means_of_its_second_half_and_is_not_called_steady(charge_case):

@@ -24,7 +24,7 @@ ChargeSums sums(double box_angle = 0.0)
 
 Ball at(Point centre)
 {
-  return {centre, ball_mass, ball_radius, 0.0, 0.0, 0.0};
+  return {centre, ball_mass, ball_radius, 0.0, 0.0, 0.0, 0.0};
 }
 
 /// A point at a distance from the axis and an angle from the top, positive on the rising side.
@@ -37,8 +37,8 @@ TEST(ChargeSums, AddUpEnergiesAndCentreOfMass)
 {
   ChargeSums sum = sums();
   sum.start(0.0);
-  sum.add({{1.0, -2.0}, 2.0, 0.1, 9.0, 16.0, 5.0});
-  sum.add({{-3.0, 0.5}, 1.0, 0.2, 4.0, 25.0, -7.0});
+  sum.add({{1.0, -2.0}, 2.0, 0.1, 9.0, 16.0, 5.5, -0.5});
+  sum.add({{-3.0, 0.5}, 1.0, 0.2, 4.0, 25.0, -8.0, 1.0});
   const Summary s = sum.summary();
   EXPECT_DOUBLE_EQ(s.balls, 2.0);
   EXPECT_DOUBLE_EQ(s.mass, 3.0);
@@ -135,6 +135,7 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
                     ball_radius,
                     speed(random),
                     speed(random),
+                    speed(random),
                     speed(random)};
     one.add(ball);
     (i % 3 == 0 ? half : other).add(ball);
@@ -147,6 +148,7 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
   EXPECT_NEAR(a.kinetic_translation, b.kinetic_translation, 1e-12 * a.kinetic_translation);
   EXPECT_NEAR(a.centre_z, b.centre_z, 1e-12);
   EXPECT_NEAR(a.angular_momentum, b.angular_momentum, 1e-12 * a.angular_momentum);
+  EXPECT_NEAR(a.layer_speed, b.layer_speed, 1e-12 * std::abs(a.layer_speed));
   EXPECT_NEAR(a.box_fixed, b.box_fixed, 1e-14);
   EXPECT_NEAR(a.box_rotating, b.box_rotating, 1e-14);
   EXPECT_EQ(a.toe, b.toe);
@@ -154,6 +156,29 @@ TEST(ChargeSums, OfTwoRanksEqualThoseOfOne)
   EXPECT_EQ(a.largest_speed, b.largest_speed);
   EXPECT_EQ(a.overlap_with_ball, b.overlap_with_ball);
   EXPECT_EQ(a.overlap_with_wall, b.overlap_with_wall);
+}
+
+TEST(ChargeSums, HoldTheSlipOfTheBallsOnTheLiner)
+{
+  const double omega = 0.8, on_liner = 3.9 - ball_radius + 1e-4, beside_it = on_liner - 3e-4;
+  const auto moving = [&](double distance, double angle, double mass, double speed) {
+    const double spin_momentum = 7.0 * mass;  // not of the path
+    return Ball{from_top(distance, angle), mass,         ball_radius, speed * speed, 0.0,
+                distance * speed * mass,   spin_momentum};
+  };
+  const double groove = pi;  // its middle is at the bottom
+  ChargeSums sum = sums();
+  sum.start(0.0);
+  EXPECT_TRUE(std::isnan(sum.summary().liner_slip(omega)));
+  sum.add(moving(beside_it, groove, 1.0, 0.3));
+  EXPECT_TRUE(std::isnan(sum.summary().liner_slip(omega)));
+  sum.add(moving(on_liner, groove, 1.0, omega * on_liner));
+  EXPECT_NEAR(sum.summary().liner_slip(omega), 0.0, 1e-15);
+  sum.add(moving(on_liner, groove, 3.0, 0.0));
+  EXPECT_NEAR(sum.summary().liner_slip(omega), 0.75, 1e-15);
+  sum.add(moving(on_liner, groove, 4.0, -omega * on_liner));
+  EXPECT_NEAR(sum.summary().liner_slip(omega), 1.0 - (1.0 - 4.0) / 8.0, 1e-15);
+  EXPECT_TRUE(std::isnan(sum.summary().liner_slip(0.0)));
 }
 
 TEST(ChargeSums, OfAPlainDrumHaveNoBox)
