@@ -175,7 +175,7 @@ def test_an_impossible_process_id_is_not_looked_up(begun_once, tmp_path, monkeyp
         json.dumps(json.loads(file.read_text()) | {"process": process, "state": "running"})
     )
     looked_up = []
-    monkeypatch.setattr(stage_record.psutil, "Process", lambda number: looked_up.append(number))
+    monkeypatch.setattr(stage_record, "process_start", looked_up.append)
     done = command("status", "--json")
     check(done, 0.0)
     assert looked_up == []

@@ -17,7 +17,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import psutil
+from millscale.engine.process_start import process_start
 
 _PREFIX = "millscale"
 _NAME = re.compile(rf"{_PREFIX}-([0-9a-f]{{8}})-([0-9]{{1,9}})-([0-9]{{1,12}})-\w+")
@@ -85,8 +85,9 @@ def sweep() -> None:
 
 
 def _make(place: Path) -> Path:
-    started = round(psutil.Process().create_time())
-    return Path(tempfile.mkdtemp(prefix=f"{_PREFIX}-{_host()}-{os.getpid()}-{started}-", dir=place))
+    number = os.getpid()
+    prefix = f"{_PREFIX}-{_host()}-{number}-{process_start(number)}-"
+    return Path(tempfile.mkdtemp(prefix=prefix, dir=place))
 
 
 def _is_ours(name: str) -> bool:
@@ -99,12 +100,7 @@ def _has_ended(name: str) -> bool:
     match = _NAME.fullmatch(name)
     if not match or match[1] != _host():
         return False
-    try:
-        return round(psutil.Process(int(match[2])).create_time()) != int(match[3])
-    except psutil.NoSuchProcess:
-        return True
-    except psutil.Error:
-        return False
+    return process_start(int(match[2])) != int(match[3])
 
 
 def _host() -> str:

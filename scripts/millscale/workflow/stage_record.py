@@ -9,8 +9,7 @@ import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-import psutil
-
+from millscale.engine.process_start import process_start
 from millscale.runs.typed import read_typed
 from millscale.runs.writing import write_over, write_text
 from millscale.terminal import one_line
@@ -29,8 +28,8 @@ class StageRecord:
     Attributes:
         state: running, done, failed or interrupted.
         started, ended: times [s since 1970]; `ended` is 0 while the stage runs.
-        process, process_started: number and start of its process; a later process may have the
-            same number.
+        process, process_started: number and start [clock ticks] of its process; a later process
+            may have the same number.
         cause: why it failed, one line.
         log: file in the case folder that explains the failure.
         kind, advice: kind of the failure and what to do; empty unless it failed.
@@ -55,22 +54,18 @@ class StageRecord:
         """Return whether the process of the stage exists; true for one on another machine."""
         if self.host and self.host != socket.gethostname():
             return True
-        try:
-            return psutil.Process(self.process).create_time() == self.process_started
-        except psutil.Error:
-            return False
+        return process_start(self.process) == self.process_started
 
 
 def begin(folder: Path, stage: str, case: str = "") -> StageRecord:
     """Record that this process begins a stage of the case with this digest."""
-    process = psutil.Process()
     record = StageRecord(
         stage,
         "running",
         started=time.time(),
         ended=0.0,
         process=os.getpid(),
-        process_started=process.create_time(),
+        process_started=float(process_start(os.getpid()) or 0),
         host=socket.gethostname(),
         case=case,
     )
