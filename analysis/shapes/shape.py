@@ -40,7 +40,7 @@ END_CIRCLE = 0.9
 STATE, LAST_LIFTER = (
     "c_detach[1]",
     "c_detach[24]",
-)  # of compute mill/detach: docs/reference/styles.md
+)  # of compute mill/detach: docs/reference/styles/compute-mill-detach.md
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from millscale.analysis.shapes.curtain import IN_FLIGHT
 from millscale.runs.case_file import Case
 from millscale.runs.dumps import Dump
 
-# Columns of compute mill/detach (docs/reference/styles.md): state, time in flight [s].
+# Columns of compute mill/detach: state, time in flight [s];
+# docs/reference/styles/compute-mill-detach.md.
 STATE, FLIGHT_TIME = "c_detach[1]", "c_detach[22]"
 COLUMNS = ("vx", "vz", STATE, FLIGHT_TIME)
 FEWEST_BALLS = 12  # as of a curtain

@@ -22,7 +22,7 @@ Commit {commit}, {machine}, {date}.
 Each line is a quantity over its contact backends, walls and time steps.
 Expected, got and tolerance are those of the case (angle, restitution) with the largest error over
 tolerance.
-Contact backends are described in [styles.md](../reference/styles.md).
+Contact backends are described in [styles](../reference/styles/README.md).
 
 | wall | meaning |
 |---|---|

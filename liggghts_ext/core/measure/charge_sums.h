@@ -31,7 +31,7 @@ struct Plan {
   double box_angle;    ///< polar angle of the middle of the monitoring box [rad]
 };
 
-/// Sums over the balls; docs/reference/styles.md, compute mill/charge.
+/// Sums over the balls; docs/reference/styles/compute-mill-charge.md, compute mill/charge.
 struct Summary {
   double balls, outside;  ///< of all balls, those whose centre is beyond the liner
   double mass, kinetic_translation, kinetic_rotation, potential, centre_x, centre_z;

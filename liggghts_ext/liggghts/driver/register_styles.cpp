@@ -145,7 +145,7 @@ void list_styles(std::ostream& out)
          "  compute mill/detach      state of each ball, and where and when it left liner and "
          "charge\n"
          "  fix mill/detach/track    per-ball records behind compute mill/detach (made by it)\n"
-         "Their arguments are described in docs/reference/styles.md.\n";
+         "Their arguments are described in docs/reference/styles.\n";
 }
 
 }  // namespace millscale

@@ -16,7 +16,7 @@ class FixMillSimilarity;
 /// Energy budget of the charge: work of the mill, energies of the balls, energy stored and
 /// dissipated by contacts, and the spectrum of impacts. `pair_style gran ... surface fast` and fix
 /// wall/mill add their contacts if this fix exists. Arguments and f_ID[k]:
-/// docs/reference/styles.md. Method: docs/theory/energy-budget.md.
+/// docs/reference/styles/fix-mill-ledger.md. Method: docs/theory/energy-budget.md.
 class FixMillLedger : public Fix {
  public:
   FixMillLedger(class LAMMPS*, int, char**);

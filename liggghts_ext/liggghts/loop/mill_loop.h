@@ -23,7 +23,8 @@ class PairGranFast;
 /// begins the next one. For output and for fixes that read the balls, it copies the end of the step
 /// to the engine's arrays. Restart files, and fixes that may change the balls, need a step of the
 /// engine. The results have the same bits as those of the engine's loop, which runs where a deck
-/// needs it; `run_style verlet` asks for it. What needs it, and why: docs/reference/styles.md.
+/// needs it; `run_style verlet` asks for it. What needs it, and why:
+/// docs/reference/styles/time-loop.md.
 class MillLoop : public Verlet {
  public:
   explicit MillLoop(class LAMMPS*);

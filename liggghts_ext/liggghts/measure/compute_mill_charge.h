@@ -21,7 +21,7 @@ class FixMillSimilarity;
 /// Measures of the whole charge, in one pass over the balls and one collective: energies, centre of
 /// mass, monitoring boxes, toe and shoulder, slip on the liner, largest overlap and speed. Stops
 /// the run when balls are lost or outside the liner. Arguments and c_ID[k]:
-/// docs/reference/styles.md.
+/// docs/reference/styles/compute-mill-charge.md.
 class ComputeMillCharge : public Compute, public ReadsOverlap {
  public:
   ComputeMillCharge(class LAMMPS*, int& iarg, int narg, char**);

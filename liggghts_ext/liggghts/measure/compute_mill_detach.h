@@ -10,7 +10,7 @@ namespace LAMMPS_NS {
 class FixMillDetachTrack;
 
 /// State of each ball, where and when it last left liner and charge, and statistics of the angles.
-/// Columns, definitions and thresholds: docs/reference/styles.md.
+/// Columns, definitions and thresholds: docs/reference/styles/compute-mill-detach.md.
 class ComputeMillDetach : public Compute {
  public:
   ComputeMillDetach(class LAMMPS*, int& iarg, int, char**);

@@ -15,7 +15,7 @@ class FixWallMill;
 
 /// Per-ball detachment records, updated at the end of every step and kept across ranks and
 /// restarts. compute mill/detach creates this fix and publishes the records. Arguments:
-/// docs/reference/styles.md.
+/// docs/reference/styles/compute-mill-detach.md.
 class FixMillDetachTrack : public FixPerBallRows, public EndsSteps {
  public:
   /// Statistics of confirmed events since the records began, on this rank.

@@ -13,7 +13,7 @@ class FixMillSimilarity;
 class FixWallMill;
 
 /// Work and torque of the drive, summed over all steps, and their means between the steps of the
-/// printed rows. Arguments and f_ID[k]: docs/reference/styles.md.
+/// printed rows. Arguments and f_ID[k]: docs/reference/styles/fix-mill-drive.md.
 class FixMillDrive : public Fix, public EndsSteps {
  public:
   FixMillDrive(class LAMMPS*, int, char**);

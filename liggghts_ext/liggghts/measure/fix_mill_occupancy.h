@@ -13,7 +13,7 @@ namespace LAMMPS_NS {
 class FixMillSimilarity;
 
 /// Solid fraction of the cross-section on a polar grid, averaged over the samples between two mill
-/// angles, to a file. Arguments: docs/reference/styles.md.
+/// angles, to a file. Arguments: docs/reference/styles/fix-mill-occupancy.md.
 /// File: docs/reference/files.md, occupancy.csv.
 class FixMillOccupancy : public Fix {
  public:

@@ -18,7 +18,7 @@ namespace LAMMPS_NS {
 
 /// Derives the scaled mill's gravity and speed from the physical mill. Applies that gravity, turns
 /// the given wall meshes and hands the liner of the scaled mill to the styles that need it.
-/// Arguments and f_ID[k]: docs/reference/styles.md.
+/// Arguments and f_ID[k]: docs/reference/styles/fix-mill-similarity.md.
 class FixMillSimilarity : public Fix {
  public:
   FixMillSimilarity(class LAMMPS*, int, char**);

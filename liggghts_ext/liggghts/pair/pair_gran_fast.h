@@ -18,7 +18,7 @@ class ReadsOverlap;
 
 /// `pair_style gran model hertz [tangential history] [rolling_friction cdt] surface fast`: the
 /// engine's contacts with own neighbour list and kernel.
-/// Options and limits: docs/reference/styles.md.
+/// Options and limits: docs/reference/styles/pair-gran-surface-fast.md.
 class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected Pointers {
  public:
   /// Register the model with the engine, before a deck is read.

@@ -8,7 +8,7 @@ namespace LAMMPS_NS {
 /// equal 2n steps. Without this fix the engine evaluates the forces again with the velocities of
 /// the full step, while a running simulation evaluates them at the half step. The damping forces
 /// then differ by O(dt), which disturbs a packed bed. Define this fix last:
-/// docs/reference/styles.md.
+/// docs/reference/styles/fix-mill-forces.md.
 class FixMillForces : public FixPerBallRows {
  public:
   FixMillForces(class LAMMPS*, int, char**);

@@ -18,7 +18,7 @@ class FixMillSimilarity;
 /// Stops a faulty run and names the ball and the reason: velocities that are not finite or too
 /// high, overlaps, balls beyond the liner. It also checks before a neighbour list, where the engine
 /// would lose a ball without naming it. Changes nothing and needs no collective. Arguments:
-/// docs/reference/styles.md.
+/// docs/reference/styles/fix-mill-guard.md.
 class FixMillGuard : public Fix, public EndsSteps, public ReadsOverlap {
  public:
   FixMillGuard(class LAMMPS*, int, char**);

@@ -22,7 +22,7 @@ class FixMillSimilarity;
 
 /// The rotating liner as an analytic wall, with exact arcs or the mesh's polygon, and flat ends. It
 /// needs no mesh, no neighbour list of the wall and no collective communication. Arguments and
-/// f_ID[k]: docs/reference/styles.md.
+/// f_ID[k]: docs/reference/styles/fix-wall-mill.md.
 class FixWallMill : public FixPerBallRows {
  public:
   FixWallMill(class LAMMPS*, int, char**);

@@ -1,8 +1,8 @@
 """Mass in the monitoring box of the physical mill over a lifter pitch.
 
-The box is a groove at the bottom, at rest (docs/reference/styles.md). The lifters pass it, so the
-mass in it is periodic in the lifter pitch. Its mean over the steady window at each phase of the
-pitch is extrapolated phase by phase.
+The box is a groove at the bottom, at rest (docs/reference/styles/compute-mill-charge.md). The
+lifters pass it, so the mass in it is periodic in the lifter pitch. Its mean over the steady window
+at each phase of the pitch is extrapolated phase by phase.
 """
 
 from __future__ import annotations

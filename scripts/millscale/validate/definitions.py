@@ -45,7 +45,7 @@ from millscale.runs.dumps import Dump, read_dump
 from millscale.runs.writing import write_json
 
 Row = dict[str, Any]
-OUTERMOST = "c_detach[23]"  # of compute mill/detach: docs/reference/styles.md
+OUTERMOST = "c_detach[23]"  # of compute mill/detach: docs/reference/styles/compute-mill-detach.md
 CIRCLES = (0.8, 0.85, 0.9, 0.95, 0.97)  # of the lifter tops' radius
 EXPONENTS = (0.0, 0.5, 1.0)  # with which maps are extrapolated
 
