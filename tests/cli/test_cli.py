@@ -72,7 +72,7 @@ def test_intervals_of_status_must_be_times(finished, option, seconds):
 def test_a_machine_without_slurm_is_refused_with_what_is_missing(millscale):
     done = millscale("run", "--slurm", PATH="")
     assert done.returncode == 2 and "millscale run: --target slurm: " in done.stderr
-    assert "no sbatch on the PATH" in done.stderr or "millscale[slurm]" in done.stderr
+    assert "no sbatch on the PATH" in done.stderr or " -m pip install snakemake-" in done.stderr
     assert not millscale.runs.exists()
 
 

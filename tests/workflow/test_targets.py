@@ -21,7 +21,7 @@ class Queue(BatchSystem):
     """A batch system of four nodes of eight cores, whose plugin and command are always there."""
 
     name, about, title = "queue", "jobs of a made-up queue", "Queue"
-    plugin, install, commands = "json", "nothing", ("sh",)
+    plugin, extra, commands = "json", "slurm", ("sh",)
     job_variable = "QUEUE_JOB"
 
     def nodes(self):
@@ -179,7 +179,7 @@ def test_a_batch_system_without_its_programs_is_refused(monkeypatch):
     with pytest.raises(CampaignError, match="--target queue: no no-such-command on the PATH"):
         Queue().check()
     monkeypatch.setattr(Queue, "plugin", "no_such_module")
-    with pytest.raises(CampaignError, match="no_such_module is not installed; accepted: nothing"):
+    with pytest.raises(CampaignError, match="no_such_module is not .*install snakemake-executor"):
         Queue().check()
 
 

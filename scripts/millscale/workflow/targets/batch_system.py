@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib.util
+import shlex
 import shutil
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from importlib.metadata import requires
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -47,7 +50,7 @@ class BatchSystem(Target, ABC):
     Attributes:
         title: its name as people write it.
         plugin: Snakemake's executor plugin for it, a Python module.
-        install: the command that installs the plugin.
+        extra: the optional dependencies of pyproject.toml that have the plugin.
         commands: programs that must be on the PATH.
         job_variable: environment variable that only its jobs have.
     """
@@ -56,7 +59,7 @@ class BatchSystem(Target, ABC):
     about: ClassVar[str]
     title: ClassVar[str]
     plugin: ClassVar[str]
-    install: ClassVar[str]
+    extra: ClassVar[str]
     commands: ClassVar[tuple[str, ...]]
     job_variable: ClassVar[str]
     time_limit_message: ClassVar[str] = ""
@@ -84,6 +87,12 @@ class BatchSystem(Target, ABC):
         """Return the error of a batch system that cannot be used."""
         return CampaignError("millscale run", f"--target {self.name}", cause, accepted)
 
+    def install_line(self) -> str:
+        """Return the command that installs the plugin in the version of pyproject.toml."""
+        wanted = requires("millscale") or []
+        named = [x.partition(";")[0].strip() for x in wanted if f'extra == "{self.extra}"' in x]
+        return shlex.join([sys.executable, "-m", "pip", "install", *named])
+
     def check(self) -> None:
         """Refuse a machine from which jobs cannot be submitted.
 
@@ -91,7 +100,7 @@ class BatchSystem(Target, ABC):
             CampaignError: the executor plugin or a command is missing.
         """
         if importlib.util.find_spec(self.plugin) is None:
-            raise self.refused(f"{self.plugin} is not installed", self.install)
+            raise self.refused(f"{self.plugin} is not installed", self.install_line())
         for command in self.commands:
             if not shutil.which(command):
                 raise self.refused(f"no {command} on the PATH", "a machine that submits jobs")

@@ -26,7 +26,7 @@ class Slurm(BatchSystem):
     about = "jobs of Slurm"
     title = "Slurm"
     plugin = "snakemake_executor_plugin_slurm"
-    install = "pip install 'millscale[slurm]'"
+    extra = "slurm"
     commands = ("sbatch", "sinfo")
     job_variable = "SLURM_JOB_ID"
     time_limit_message = "DUE TO TIME LIMIT"
