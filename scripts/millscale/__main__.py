@@ -1,5 +1,5 @@
 """`python -m millscale` is the command `millscale`."""
 
-from millscale.cli.main import main
+from millscale.cli.start import main
 
 main()

@@ -85,16 +85,20 @@ def test_a_notebook_gets_a_bar(made, monkeypatch, tmp_path):
     """The handle of the display is replaced; tests of the notebooks use a kernel."""
     shown = []
 
-    def display(html, display_id):
+    def keep(bar):
+        shown.append(bar._repr_mimebundle_((), ()))
+
+    def display(bar, display_id):
         assert display_id
-        shown.append(html.data)
-        return SimpleNamespace(update=lambda html: shown.append(html.data))
+        keep(bar)
+        return SimpleNamespace(update=keep)
 
     monkeypatch.setattr("IPython.display.display", display)
     monkeypatch.setattr(running, "is_notebook", lambda: True)
     ms.run(content(), tmp_path / "runs", only=BALL)
-    assert shown[0].startswith('<progress value="0.0000"></progress> 1 case: 0 done')
-    assert shown[-1].startswith('<progress value="1.0000"></progress> 1 case: 1 done')
+    assert shown[0]["text/plain"].startswith("starting, 0 of 1 case done")
+    assert shown[-1]["text/plain"].startswith("1 of 1 case done")
+    assert "100%" in shown[-1]["text/plain"] and "100%" in shown[-1]["text/html"]
 
 
 def test_no_kernel_is_no_notebook(monkeypatch):

@@ -41,7 +41,8 @@ def dump(part, step, balls=2, lines=2):
 @pytest.fixture
 def run(tmp_path):
     (tmp_path / "mill.in").write_text("run")
-    return Run(tmp_path / "rotate.part", digests([tmp_path / "mill.in"]), FIRST, STEPS, ranks=2)
+    inputs = digests([tmp_path / "mill.in"])
+    return Run(tmp_path / "rotate.part", inputs, FIRST, STEPS, FIRST + STEPS, ranks=2)
 
 
 @pytest.fixture
@@ -64,7 +65,7 @@ def test_a_first_attempt_has_no_note(run):
 def test_an_attempt_resumes_from_the_newest_restart_file(stopped):
     beginning = begin(stopped)
     assert beginning.restart.step == 300
-    assert beginning.note == "goes on from step 205 of 1000 (mill.2.restart)"
+    assert beginning.note == "goes on from step 300 of 1,095 (mill.2.restart)"
 
 
 def test_an_attempt_resumes_only_on_the_ranks_it_began_with(stopped):
@@ -120,7 +121,7 @@ def test_an_attempt_begins_anew_if_an_input_has_changed(stopped, change):
     folder = stopped.part.parent
     (folder / change).write_text("changed")
     inputs = digests([folder / "mill.in", folder / "liner.stl"])
-    now = Run(stopped.part, inputs, FIRST, STEPS, ranks=2)
+    now = Run(stopped.part, inputs, FIRST, STEPS, FIRST + STEPS, ranks=2)
     assert begin(now).note == f"starts over: {change} changed since the last attempt"
     assert not (stopped.part / "series.csv").exists()
 

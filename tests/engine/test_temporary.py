@@ -93,7 +93,8 @@ def test_a_job_ends_at_once_if_its_run_has_ended(place, monkeypatch, finished):
     assert run_has_ended()
     line = [sys.executable, "-m", "millscale.workflow.run_job", "none.json", "none"]
     done = subprocess.run(line, cwd=finished.runs, capture_output=True, text=True)
-    assert done.returncode == 130, done.stderr
+    assert done.returncode == 130
+    assert "none: not begun, because the run that queued it has ended" in done.stderr
 
 
 @pytest.mark.parametrize("victim", ["millscale", "snakemake"])

@@ -33,7 +33,7 @@ def stopped(finished, monkeypatch):
         rows = "".join(f"{first + i * every},0.1\n" for i in range(4))
         (run.part / "series.csv").write_text(f"step,time_s\n{rows}")
         restart_file(run.part, "mill.1.restart", first + 2 * every)
-        return folder, first + 2 * every - run.first
+        return folder, first + 2 * every
 
     return stop
 
@@ -49,7 +49,7 @@ def test_the_ranks_of_an_attempt_are_the_default_whatever_else_runs(finished, st
         assert f"in {folder}: mpirun -np 2 " in printed
     done = finished("run", "--only", CHARGE)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{CHARGE}: goes on from step {step} of" in done.stdout
+    assert f"{CHARGE}: goes on from step {step:,} of" in done.stdout
     record = json.loads((folder / "provenance.json").read_text())["stages"]["rotate"]
     assert record["ranks"] == 2
 

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from millscale import _core
 from millscale.campaign.build import load_campaign
+from millscale.engine.machine import CoreWish
 from millscale.workflow.plan import plan_rows
 from millscale.workflow.plan_display import render_plan
 from paper_campaign import CAMPAIGNS, MULTI_BALL, PAPER, write_campaign
@@ -109,7 +110,8 @@ def test_rows_are_json_with_every_documented_number(tmp_path):
 def test_more_ranks_are_predicted_to_take_less_time_for_a_charge_only(tmp_path):
     charge = {**MULTI_BALL["multi_ball"], "count": [231461, 13370]}
     campaign = load_campaign(write_campaign(tmp_path, multi_ball=charge))
-    for two, four in zip(plan_rows(campaign, 2), plan_rows(campaign, 4), strict=True):
+    wishes = [CoreWish(ranks, oversubscribe=True) for ranks in (2, 4)]
+    for two, four in zip(*(plan_rows(campaign, x) for x in wishes), strict=True):
         ratio = four["predicted_wall_time_s"] / two["predicted_wall_time_s"]
         if two["kind"] == "single-ball":
             assert ratio == 1.0
@@ -169,6 +171,25 @@ def shown(campaign, width=180, **options):
 def test_plan_shows_the_time_of_all_cases_on_this_machine(tmp_path):
     text = shown(load_campaign(many(tmp_path, 10)))
     assert "together about" in text and "of memory at most" in text
+
+
+def test_the_plan_of_one_case_at_a_time_is_what_a_run_of_one_at_a_time_does(
+    tmp_path, monkeypatch, millscale
+):
+    """`run --jobs 1` gives a case all cores, so its ranks and its time are others."""
+    monkeypatch.setattr("millscale.workflow.placement.available_cores", lambda: 2)
+    charge = {**MULTI_BALL["multi_ball"], "count": [40_000, 20_000]}
+    campaign = write_campaign(tmp_path, single_ball=None, multi_ball=charge)
+    millscale.file.write_text(campaign.read_text())
+    ranks = {}
+    for options in ((), ("--jobs", "1")):
+        rows = json.loads(millscale("plan", "--json", *options).stdout)
+        ranks[options] = [row["ranks"] for row in rows]
+        printed = millscale("run", "--dry-run", *options).stdout
+        assert [int(x) for x in re.findall(r"-np (\d+) .*mill\.in", printed)] == ranks[options]
+    assert ranks[()] != ranks["--jobs", "1"]
+    text = shown(load_campaign(millscale.file), jobs=1)
+    assert "of this machine, one at a time" in text
 
 
 def test_the_plan_leads_with_the_mill(tmp_path):

@@ -38,9 +38,9 @@ def test_predictions_are_compared_with_the_measured_times(two):
     as_expected = run_time(other, other.time.steps, 1)
     took(runs, other, as_expected)
     line = error_line(runs)
-    error = (expected + as_expected) / (2.0 * expected + as_expected) - 1.0
-    assert "rotation of 2 cases" in line and f"error {error:+.0%}" in line
-    assert f"largest error {one.id}" in line
+    ratio = (2.0 * expected + as_expected) / (expected + as_expected)
+    assert "rotation of 2 cases" in line and f"measured ({ratio:.2g} times); farthest" in line
+    assert f"farthest {one.id}: " in line and line.endswith("(2 times)")
 
 
 def test_a_resumed_run_counts_in_proportion_to_its_steps(two):

@@ -1,12 +1,16 @@
 """`millscale run`: the stages that run, and the files that stay."""
 
 import json
+import shlex
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
 
 from millscale.runs.layout import STAGES
+from millscale.workflow import run_command
 from small_campaign import CHARGE, SINGLE_BALLS, TEXT
 
 
@@ -144,3 +148,44 @@ def test_progress_of_a_running_case_shows_in_the_status(finished, wait_for):
     assert 0 < row["step"] < row["steps"] == 6000
     assert row["simulated_s"] == pytest.approx(row["step"] * 1e-4)
     assert row["particle_steps_per_s"] > 0 and row["time_left_s"] > 0
+
+
+@pytest.mark.parametrize(
+    ("end", "words"),
+    [
+        ("os.kill(os.getpid(), 9)", "the workflow ended by signal 9: the workflow ended without a"),
+        ("sys.exit(3)", "the workflow ended with exit code 3: the workflow ended without a"),
+        ("print('no space'); sys.exit(3)", "the workflow ended with exit code 3: no space; see"),
+        ("sys.exit(0)", "the workflow ended with exit code 0: the workflow ended without a"),
+    ],
+)
+def test_a_workflow_that_runs_no_stage_is_reported_with_what_to_do(
+    finished, monkeypatch, end, words
+):
+    """As if a job or Snakemake had been killed before any stage could record it."""
+    without_rotation(finished, *SINGLE_BALLS)
+    line = [sys.executable, "-c", f"import os, sys; {end}"]
+    monkeypatch.setattr(run_command, "snakemake_line", lambda *_: line)
+    done = finished("run")
+    assert done.returncode == 1
+    assert f"{SINGLE_BALLS[0]} and 1 more: rotate not run: {words}" in done.stdout
+    advice = done.stdout.splitlines()[-1]
+    assert advice.startswith("  to do: repeat the command to resume; if this message comes again: ")
+    monkeypatch.undo()
+    # The advice shows the error, or runs the stage.
+    by_hand = subprocess.run(
+        shlex.split(advice.partition("again: ")[2]), env=finished.environment(), check=False
+    )
+    assert by_hand.returncode == 0
+    assert (finished.case(SINGLE_BALLS[0]) / "timing.json").exists()
+
+
+def test_a_failed_case_does_not_hide_one_that_was_not_run(finished, monkeypatch):
+    without_rotation(finished, *SINGLE_BALLS)
+    assert finished("run", STAND_IN_FAIL=SINGLE_BALLS[0]).returncode == 1
+    (finished.case(SINGLE_BALLS[1]) / "timing.json").unlink()
+    line = [sys.executable, "-c", ""]
+    monkeypatch.setattr(run_command, "snakemake_line", lambda *_: line)
+    text = finished("run").stdout
+    assert f"{SINGLE_BALLS[0]}: rotate failed" in text
+    assert f"{SINGLE_BALLS[1]}: rotate not run: the workflow ended with exit code 0" in text

@@ -179,7 +179,7 @@ def test_a_batch_system_without_its_programs_is_refused(monkeypatch):
     with pytest.raises(CampaignError, match="--target queue: no no-such-command on the PATH"):
         Queue().check()
     monkeypatch.setattr(Queue, "plugin", "no_such_module")
-    with pytest.raises(CampaignError, match="no_such_module is not .*install snakemake-executor"):
+    with pytest.raises(CampaignError, match=r"no_such_module is not .*install snakemake-executor"):
         Queue().check()
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.progress import Progress
 
 from millscale.api.planning import DICTIONARY, CampaignSource
 from millscale.api.runs_folder import Folder, RunsFolder
@@ -23,8 +24,10 @@ from millscale.engine.environment import COMMAND_VARIABLE
 from millscale.engine.machine import Allocation, CoreWish
 from millscale.errors import EngineError
 from millscale.runs.case_file import Case
-from millscale.workflow.display import Paced, Statuses, Watch, overall, problems, share_done
+from millscale.workflow.display import Paced, Statuses, Watch, problems
 from millscale.workflow.run_command import check_free_disk, request, run_campaign
+from millscale.workflow.run_progress import Bar, RunProgress
+from millscale.workflow.snakemake_run import WORKFLOW_LOG
 from millscale.workflow.status import campaign_status
 
 # Keys of a liner that name a file.
@@ -76,7 +79,7 @@ def run(
             done = run_campaign(asked, console, **show)
     if not done:
         found = problems(runs, campaign_status(runs))
-        raise EngineError("; ".join(found) or f"the workflow ended early: see {runs}")
+        raise EngineError("; ".join(found) or f"not all cases were run: see {runs / WORKFLOW_LOG}")
     return RunsFolder(runs)
 
 
@@ -92,18 +95,18 @@ def in_notebook(
     console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
 ) -> Iterator[Watch]:
     """Yield a function that shows the progress of the cases in a notebook; call it often."""
-    from IPython.display import HTML, display
+    from IPython.display import display
 
-    statuses = Statuses(runs, cases)
+    statuses, progress = Statuses(runs, cases), RunProgress(cases, allocation)
+    bar = Bar(progress)
 
-    def bar() -> HTML:
-        now = statuses()
-        text = overall(now, cases, allocation)
-        return HTML(f'<progress value="{share_done(now):.4f}"></progress> {text}')
+    def now() -> Progress:
+        progress.update(statuses())
+        return bar.update()
 
-    shown = display(bar(), display_id=True)
-    yield Paced(_REFRESH_S, lambda: shown.update(bar()))
-    shown.update(bar())
+    shown = display(now(), display_id=True)
+    yield Paced(_REFRESH_S, lambda: shown.update(now()))
+    shown.update(now())
 
 
 @contextmanager

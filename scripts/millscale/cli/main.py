@@ -112,22 +112,25 @@ def plan(
             "--details", help="Add every derived number, and what is modelled and left out."
         ),
     ] = False,
+    ranks: Ranks = None,
+    jobs: Jobs = None,
 ) -> None:
     """Show the mill of a campaign, its cases, their time and memory, and what is unusual.
 
-    Writes no file. Example: `millscale plan campaigns/paper-single-ball.toml --details`
+    With --ranks and --jobs it shows what `millscale run` would do with them. Writes no file.
+    Example: `millscale plan campaigns/paper-single-ball.toml --details`
     """
     from millscale.campaign.build import load_campaign
     from millscale.workflow.plan import plan_rows
     from millscale.workflow.plan_display import render_plan
 
     campaign = load_campaign(file)
-    rows = plan_rows(campaign)
+    rows = plan_rows(campaign, CoreWish(ranks, jobs))
     if as_json:
         # One line for each case: indentation is slow, and there may be ten thousand cases.
         typer.echo("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]")
     else:
-        print_whole(render_plan(campaign, rows, details))
+        print_whole(render_plan(campaign, rows, details, jobs))
 
 
 @app.command()
@@ -208,27 +211,26 @@ def run(
     Examples: `millscale run campaigns/quick.toml --runs runs/quick`,
     `millscale run campaigns/paper-multi-ball.toml --runs runs/mb --only 'mb-*-S2.600-*'`
     """
-    from millscale.workflow.run_command import (
-        check_free_disk,
-        dry_run_campaign,
-        request,
-        run_campaign,
-    )
-    from millscale.workflow.targets import target_named
-
-    if time_limit is not None:
-        check_seconds("run", "--time-limit", time_limit)
-    place = target_named("slurm" if slurm else target, profile)
-    cores = CoreWish(ranks, jobs, oversubscribe, nodes)
-    asked = request(file, runs, only or [], cores, place, start_over)
-    if dry_run:
-        typer.echo(dry_run_campaign(asked))
-        return
-    if not ignore_disk:
-        check_free_disk(asked)
-    if time_limit is not None:
-        os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
     with resumable():
+        from millscale.workflow.run_command import (
+            check_free_disk,
+            dry_run_campaign,
+            request,
+            run_campaign,
+        )
+        from millscale.workflow.targets import target_named
+
+        if time_limit is not None:
+            check_seconds("run", "--time-limit", time_limit)
+            os.environ[TIME_LIMIT_VARIABLE] = repr(time_limit)
+        place = target_named("slurm" if slurm else target, profile)
+        cores = CoreWish(ranks, jobs, oversubscribe, nodes)
+        asked = request(file, runs, only or [], cores, place, start_over)
+        if dry_run:
+            typer.echo(dry_run_campaign(asked))
+            return
+        if not ignore_disk:
+            check_free_disk(asked)
         raise typer.Exit(0 if run_campaign(asked, console_of()) else EXIT_FAILED)
 
 

@@ -38,12 +38,14 @@ class Run:
         inputs: SHA-256 of each input, by file.
         first: step of the engine at which it begins.
         steps: number of steps from there to its end.
+        of_case: number of steps of all engine runs of the case.
     """
 
     part: Path
     inputs: dict[str, str]
     first: int
     steps: int
+    of_case: int
     ranks: int
 
 
@@ -85,9 +87,7 @@ def look(run: Run) -> tuple[RestartFile | None, str]:
         problems.append(f"{ATTEMPTS_FILE} has no attempt that wrote {restart.path.name}")
         restart = None
     if restart:
-        action = (
-            f"goes on from step {restart.step - run.first} of {run.steps} ({restart.path.name})"
-        )
+        action = f"goes on from step {restart.step:,} of {run.of_case:,} ({restart.path.name})"
     else:
         action = "begins anew: no restart file to go on from"
     return restart, "; ".join([action, *problems])

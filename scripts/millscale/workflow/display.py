@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Protocol
 
-from rich.console import Console, Group
+from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.progress import Progress
 from rich.table import Table
@@ -20,8 +20,9 @@ from millscale.engine.machine import Allocation
 from millscale.formats import counted, duration
 from millscale.runs.case_file import Case
 from millscale.runs.layout import CASES_FOLDER
-from millscale.workflow.predictions import error_line, time_left
-from millscale.workflow.status import CaseStatus, campaign_status, case_status
+from millscale.workflow.predictions import error_line
+from millscale.workflow.run_progress import Bar, RunProgress, percent
+from millscale.workflow.status import CaseStatus, campaign_status, case_status, share_done
 
 STATE_COLOURS = {
     "done": "green",
@@ -31,7 +32,15 @@ STATE_COLOURS = {
     "interrupted": "yellow",
     "waiting": "bright_black",
 }
-_MOST_ROWS = 24
+# In this order the cases are shown.
+_ORDER = ("running", "failed", "damaged", "interrupted", "waiting", "done")
+# Lines of a screen that the bar, the heading and the lines of the shell take.
+_OTHER_LINES = 6
+_COLUMNS = ("case", "state", "stage", "steps", "%", "simulated", "particle-steps/s", "left")
+# Between two columns.
+_GAP = 2
+# Columns that a narrow terminal does not show, the least needed first.
+_OPTIONAL = ("particle-steps/s", "simulated", "steps")
 _REFRESH_S = 1.0
 _LINE_S = 10.0
 _LINE_EVERY_S = 30.0
@@ -54,20 +63,21 @@ def watching(
     console: Console, runs: Path, cases: Sequence[Case], allocation: Allocation
 ) -> Iterator[Watch]:
     """Yield a function that shows the status of the cases; call it often."""
-    statuses = Statuses(runs, cases)
+    statuses, progress = Statuses(runs, cases), RunProgress(cases, allocation)
     if not console.is_terminal:
-        lines = _Lines(console, statuses, allocation)
+        lines = _Lines(console, statuses, progress)
         try:
             yield Paced(_REFRESH_S, lines)
         finally:
             lines()
         return
+    bar = Bar(progress, console)
     with Live(console=console, auto_refresh=False, transient=True) as live:
 
         def show() -> None:
             now = statuses()
-            title = overall(now, cases, allocation)
-            live.update(status_view(runs, now, title), refresh=True)
+            progress.update(now)
+            live.update(Group(bar.update(), status_view(runs, now, console)), refresh=True)
 
         yield Paced(_REFRESH_S, show)
 
@@ -101,7 +111,7 @@ def show(runs: Path, silence: float, as_json: bool, console: Console) -> None:
     if as_json:
         print(json.dumps([asdict(x) for x in statuses], indent=1))
         return
-    console.print(status_table(statuses))
+    console.print(status_table(statuses, console))
     for line in [*problems(runs, statuses), error_line(runs)]:
         if line:
             console.print(line, markup=False, highlight=False, soft_wrap=True)
@@ -119,7 +129,8 @@ def watch_status(runs: Path, silence: float, as_json: bool, every: float, consol
             if as_json:
                 print(json.dumps([asdict(x) for x in statuses]), flush=True)
             elif console.is_terminal:
-                live.update(status_view(runs, statuses, _counts(statuses)), refresh=True)
+                view = Group(Text(_counts(statuses)), status_view(runs, statuses, console))
+                live.update(view, refresh=True)
             else:
                 console.print(_counts(statuses), highlight=False)
             if all(x.state != "running" for x in statuses):
@@ -135,34 +146,51 @@ def _counts(statuses: Sequence[CaseStatus]) -> str:
     counts = [f"{states.count(name)} {name}" for name in dict.fromkeys(states)]
     return (
         f"{time.strftime('%H:%M:%S')} {counted(len(statuses), 'case')}: "
-        f"{', '.join(counts)}; {100.0 * share_done(statuses):.0f} %"
+        f"{', '.join(counts)}; {percent(share_done(statuses))} %"
     )
 
 
-def status_table(statuses: Sequence[CaseStatus], title: str | None = None) -> Table:
-    """Return a row for each case: state, stage, steps, simulated time, rate, time left."""
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    table.add_column("case", no_wrap=True)
-    for name in ("state", "stage"):
-        table.add_column(name)
-    for name in ("steps", "%", "simulated", "particle-steps/s", "left"):
-        table.add_column(name, justify="right")
-    for status in statuses:
-        mark = ", by hand" if status.by_hand else ""
-        state = Text(status.state + mark, style=STATE_COLOURS[status.state])
-        table.add_row(status.id, state, status.stage, *_numbers(status))
+def status_table(statuses: Sequence[CaseStatus], console: Console) -> Table:
+    """Return a row for each case, running cases first, with the columns that fit on the terminal:
+    state, stage, steps, simulated time, rate, time left."""
+    rows, names = [_row(status) for status in _ordered(statuses)], list(_COLUMNS)
+    for name in _OPTIONAL:
+        if console.is_terminal and _width(rows, names) > console.width:
+            names.remove(name)
+    table = Table(box=None, pad_edge=False)
+    for name in names:
+        words = name in ("case", "state", "stage")
+        table.add_column(name, justify="left" if words else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(row[name] for name in names))
     return table
 
 
-def _numbers(status: CaseStatus) -> tuple[str, ...]:
+def _ordered(statuses: Sequence[CaseStatus]) -> list[CaseStatus]:
+    return sorted(statuses, key=lambda status: _ORDER.index(status.state))
+
+
+def _width(rows: Sequence[dict[str, str | Text]], names: Sequence[str]) -> int:
+    """Return the width of a table of these columns [characters]."""
+    columns = ((name, *(row[name] for row in rows)) for name in names)
+    return sum(max(map(len, column)) for column in columns) + _GAP * (len(names) - 1)
+
+
+def _row(status: CaseStatus) -> dict[str, str | Text]:
+    """Return the cells of a case by column."""
     rate = status.particle_steps_per_s
-    return (
-        f"{status.step:,}/{status.steps:,}",
-        f"{status.percent:.0f}",
-        f"{status.simulated_s:.2f} s",
-        f"{rate:,.0f}" if rate else "",
-        duration(status.time_left_s),
-    )
+    state = "starting" if status.is_starting else status.state
+    mark = ", by hand" if status.by_hand else ""
+    return {
+        "case": status.id,
+        "state": Text(state + mark, style=STATE_COLOURS[status.state]),
+        "stage": status.stage,
+        "steps": f"{status.step:,}/{status.steps:,}",
+        "%": f"{status.percent:.0f}",
+        "simulated": f"{status.simulated_s:.2f} s",
+        "particle-steps/s": f"{rate:,.0f}" if rate else "",
+        "left": duration(status.time_left_s),
+    }
 
 
 class Statuses:
@@ -182,29 +210,14 @@ class Statuses:
         return status
 
 
-def share_done(statuses: Sequence[CaseStatus]) -> float:
-    """Return the particle-steps done over those of all cases."""
-    steps = sum(x.steps * x.balls for x in statuses)
-    return sum(x.step * x.balls for x in statuses) / steps if steps else 1.0
-
-
-def overall(statuses: Sequence[CaseStatus], cases: Sequence[Case], allocation: Allocation) -> str:
-    """Return counts of states, progress and time left of all cases in one line."""
-    states = [status.state for status in statuses]
-    counts = [f"{states.count(state)} {state}" for state in ("done", "running", "failed")]
-    percent = 100.0 * share_done(statuses)
-    left = duration(time_left(statuses, {case.id: case for case in cases}, allocation))
-    cases_text = counted(len(statuses), "case")
-    return f"{cases_text}: {', '.join(counts)}; {percent:.0f} %, about {left} left"
-
-
-def status_view(runs: Path, statuses: Sequence[CaseStatus], title: str | None = None) -> Group:
-    """Return the table, cut to the length of a screen, and the problems below it."""
-    rows = statuses
-    if len(rows) > _MOST_ROWS:
-        rows = [x for x in statuses if x.state in ("running", "failed")][:_MOST_ROWS]
-    lines = [Text(line) for line in problems(runs, rows)]
-    return Group(status_table(rows, title), *lines)
+def status_view(runs: Path, statuses: Sequence[CaseStatus], console: Console) -> RenderableType:
+    """Return the table, running cases first, and the problems below it, cut to the size of the
+    terminal."""
+    ordered = _ordered(statuses)
+    room = max(console.height - _OTHER_LINES, 4)
+    lines = problems(runs, ordered)[: room // 4 * 2]
+    table = status_table(ordered[: room - len(lines)], console)
+    return Group(table, *(Text(line, no_wrap=True, overflow="ellipsis") for line in lines))
 
 
 def problems(runs: Path, statuses: Sequence[CaseStatus]) -> list[str]:
@@ -237,17 +250,18 @@ class Paced:
 class _Lines:
     """Print a line when a case changes state or stage, and the overall progress regularly."""
 
-    def __init__(self, console: Console, statuses: Statuses, allocation: Allocation) -> None:
-        self._console, self._statuses, self._allocation = console, statuses, allocation
+    def __init__(self, console: Console, statuses: Statuses, progress: RunProgress) -> None:
+        self._console, self._statuses, self._progress = console, statuses, progress
         self._seen: dict[str, tuple[str, ...]] = {}
         self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def __call__(self) -> None:
         statuses = self._statuses()
+        self._progress.update(statuses)
         for status in statuses:
             self._print_change(status)
         if time.monotonic() >= self._next_line:
-            self._print(overall(statuses, self._statuses.cases, self._allocation))
+            self._print(self._progress.line())
             self._next_line = time.monotonic() + _LINE_EVERY_S
 
     def _print_change(self, status: CaseStatus) -> None:

@@ -15,28 +15,24 @@ from millscale.cases.slips import impact_overlap, slips_of
 from millscale.engine.machine import CoreWish
 from millscale.power_models import models_for
 from millscale.runs.case_file import Case
-from millscale.workflow.placement import place
+from millscale.workflow.placement import OPEN, place
 
 Row = dict[str, Any]
 
 
-def plan_rows(campaign: Campaign, ranks: int | None = None) -> list[Row]:
+def plan_rows(campaign: Campaign, asked: CoreWish = OPEN) -> list[Row]:
     """Return a row for each case; SI units, the unit at the end of each key.
 
     Args:
-        ranks: MPI ranks of multi-ball cases, on any machine; None for those that `millscale run`
-            would use on this one.
+        asked: as options of `millscale run`, which decide the ranks.
     """
-    cases = cases_of(campaign)
-    if not ranks:
-        return rows_of(cases, campaign)
-    return _rows(cases, [ranks if case.kind == "multi-ball" else 1 for case in cases])
+    return rows_of(cases_of(campaign), campaign, asked)
 
 
-def rows_of(cases: Sequence[Case], campaign: Campaign) -> list[Row]:
+def rows_of(cases: Sequence[Case], campaign: Campaign, asked: CoreWish = OPEN) -> list[Row]:
     """Return `plan_rows` of some cases of a campaign, with the ranks of `millscale run` here."""
     usual = CoreWish(campaign.ranks, campaign.jobs)
-    chosen = place(cases, CoreWish(), usual)
+    chosen = place(cases, asked, usual)
     return _rows(cases, [chosen.ranks[case.id] for case in cases], chosen.notes)
 
 

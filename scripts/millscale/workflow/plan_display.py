@@ -28,16 +28,19 @@ _NUMBER = re.compile(r"\d[\d.,e+-]*")
 _SEED = re.compile(r"-seed\d+$")
 
 
-def render_plan(campaign: Campaign, rows: list[Row], details: bool = False) -> Group:
+def render_plan(
+    campaign: Campaign, rows: list[Row], details: bool = False, jobs: int | None = None
+) -> Group:
     """Return the plan for a terminal of 80 columns: the mill, its cases, their cost, warnings.
 
     Args:
         rows: of `plan_rows`.
         details: add every derived number, and what is modelled and left out.
+        jobs: the most cases at a time; None for the campaign's.
     """
     shown: list[RenderableType] = [_mill(campaign, rows), ""]
     shown += _all_columns(rows) if details else _few_columns(rows)
-    shown += ["", *_cost(rows)]
+    shown += ["", *_cost(rows, jobs or campaign.jobs)]
     if warned := _warnings(rows):
         shown += ["", warned]
     if details:
@@ -160,7 +163,7 @@ COLUMNS: Columns = (
 )
 
 
-def _cost(rows: list[Row]) -> list[RenderableType]:
+def _cost(rows: list[Row], jobs: int | None) -> list[RenderableType]:
     """Return time, memory and disk of all cases, and how the step was chosen."""
     lines = []
     for kind in dict.fromkeys(row["kind"] for row in rows):
@@ -169,25 +172,28 @@ def _cost(rows: list[Row]) -> list[RenderableType]:
         widths = sorted({row["ranks"] for row in some})
         on = f" on {' or '.join(map(str, widths))} ranks" if widths != [1] else ""
         choices = ", ".join(dict.fromkeys(row["time_step_choice"] for row in some))
-        lines.append(f"{kind}: {counted(len(some), 'case')}, {total} one after the other{on}")
+        lines.append(f"{kind}: {counted(len(some), 'case')}, sum of their times {total}{on}")
         lines.append(f"  time step {choices}")
     loads = [(row["predicted_wall_time_s"], row["ranks"]) for row in rows]
     cores = available_cores()
-    together = duration(makespan(loads, cores, cores))
+    at_a_time = "" if jobs is None else f", {'one' if jobs == 1 else f'at most {jobs}'} at a time"
+    together = duration(makespan(loads, cores, jobs or cores))
     disk = size_text(sum(row["output_bytes"] for row in rows))
-    memory = size_text(1e6 * _memory_mb(rows, cores))
-    lines.append(f"together about {together} on {counted(cores, 'core')} of this machine")
+    memory = size_text(1e6 * _memory_mb(rows, cores, jobs or cores))
+    on = f"{counted(cores, 'core')} of this machine"
+    lines.append(f"together about {together} on {on}{at_a_time}")
     lines.append(f"{memory} of memory at most, {disk} of disk")
     return [escape(line) for line in lines]
 
 
-def _memory_mb(rows: list[Row], cores: int) -> float:
+def _memory_mb(rows: list[Row], cores: int, jobs: int) -> float:
     """Return the memory of the largest cases that run at a time [MB]."""
-    memory, free = 0.0, cores
+    memory, free, running = 0.0, cores, 0
     for row in sorted(rows, key=lambda row: row["predicted_memory_mb"], reverse=True):
         if row["ranks"] <= free or free == cores:
             memory, free = memory + row["predicted_memory_mb"], free - row["ranks"]
-        if free <= 0:
+            running += 1
+        if free <= 0 or running == jobs:
             break
     return memory
 

@@ -60,19 +60,22 @@ def errors(runs: Path) -> dict[str, tuple[float, float]]:
 
 
 def error_line(runs: Path) -> str:
-    """Return the error of the predictions as a line; empty if nothing can be compared."""
+    """Return measured over predicted times as a line; empty if nothing can be compared."""
     pairs = errors(runs)
     if not pairs:
         return ""
     predicted = sum(x for x, _ in pairs.values())
     measured = sum(x for _, x in pairs.values())
     farthest = max(pairs, key=lambda x: abs(math.log(pairs[x][0] / pairs[x][1])))
-    one, other = pairs[farthest]
     return (
-        f"rotation of {counted(len(pairs), 'case')}: {duration(predicted)} predicted, "
-        f"{duration(measured)} measured, error {predicted / measured - 1.0:+.0%}; largest error "
-        f"{farthest}: {duration(one)} predicted, {duration(other)} measured"
+        f"rotation of {counted(len(pairs), 'case')}: {_compared(predicted, measured)}; farthest "
+        f"{farthest}: {_compared(*pairs[farthest])}"
     )
+
+
+def _compared(predicted: float, measured: float) -> str:
+    times = f"{duration(predicted)} predicted, {duration(measured)} measured"
+    return f"{times} ({measured / predicted:.2g} times)"
 
 
 def _read(runs: Path) -> dict:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -17,7 +19,7 @@ from millscale.cases.output_size import check_disk
 from millscale.engine.deck_run import ENGINE, find_engine, mpirun_line, mpirun_text
 from millscale.engine.machine import Allocation, CoreWish, hardware, ranks_per_node
 from millscale.errors import CampaignError, nearest
-from millscale.formats import counted
+from millscale.formats import counted, duration
 from millscale.runs import digests
 from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
@@ -27,15 +29,17 @@ from millscale.workflow import by_hand
 from millscale.workflow.display import Watching, problems, status_table, watching
 from millscale.workflow.jobs import jobs_of, write_jobs
 from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
+from millscale.workflow.placement import campaign_time
 from millscale.workflow.predictions import error_line, record_predictions
 from millscale.workflow.snakemake_run import (
+    ENDING_S,
     WORKFLOW_LOG,
     last_problem,
     run_workflow,
     snakemake_line,
 )
 from millscale.workflow.stage_work import attempt_of
-from millscale.workflow.status import case_status
+from millscale.workflow.status import CaseStatus, case_status
 from millscale.workflow.targets import Local, Target
 
 
@@ -170,7 +174,7 @@ def run_campaign(asked: Request, console: Console, show: Watching = watching) ->
     statuses = [case_status(asked.runs / CASES_FOLDER / x.id, x) for x in asked.cases]
     for case in asked.cases:
         digests.keep(asked.runs / CASES_FOLDER / case.id)
-    console.print(status_table(statuses))
+    console.print(status_table(statuses, console))
     for line in problems(asked.runs, statuses):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     if line := error_line(asked.runs):
@@ -179,11 +183,40 @@ def run_campaign(asked: Request, console: Console, show: Watching = watching) ->
     if done:
         line = shlex.join(["millscale", "report", str(asked.runs)])
         console.print(f"next: {line}", markup=False, highlight=False, soft_wrap=True)
-    elif code and not any(status.problem for status in statuses):
-        log = asked.runs / WORKFLOW_LOG
-        text = f"workflow failed: {last_problem(asked.runs)}; see {log}"
-        console.print(text, markup=False, highlight=False, soft_wrap=True)
+    for line in unexplained(asked.runs, statuses, code):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     return done
+
+
+def unexplained(runs: Path, statuses: Sequence[CaseStatus], code: int) -> list[str]:
+    """Return why cases without a result or a problem of their own were not run, and what to do.
+
+    Args:
+        code: exit code of the workflow, or minus the signal that ended it.
+    """
+    left = [x for x in statuses if x.state != "done" and not x.problem]
+    if not left:
+        return []
+    ended = f"with exit code {code}" if code >= 0 else f"by signal {-code}"
+    first, more = left[0], f" and {len(left) - 1} more" if len(left) > 1 else ""
+    stage = first.stage or "its stages"
+    module, folder = "millscale.workflow.run_stage", str(runs / CASES_FOLDER / first.id)
+    line = shlex.join([sys.executable, "-m", module, first.stage, folder])
+    return [
+        f"{first.id}{more}: {stage} not run: the workflow ended {ended}: {last_problem(runs)}; see "
+        f"{runs / WORKFLOW_LOG}",
+        f"  to do: repeat the command to resume; if this message comes again: {line}",
+    ]
+
+
+def _beginning(left: Sequence[Case], asked: Request) -> str:
+    """Return how many cases run at a time, on which cores, and their predicted time."""
+    time, use = campaign_time(left, asked.allocation, asked.rates), asked.allocation
+    at_a_time = "one" if use.jobs == 1 else f"at most {use.jobs}"
+    return (
+        f"{counted(len(left), 'case')} to run, {at_a_time} at a time on "
+        f"{counted(use.cores, 'core')}, about {duration(time)} predicted"
+    )
 
 
 def _run_jobs(asked: Request, console: Console, lock: int, show: Watching) -> int:
@@ -195,14 +228,19 @@ def _run_jobs(asked: Request, console: Console, lock: int, show: Watching) -> in
         return 0
     engines = [x for x in left if not by_hand.is_rotated(folders[x.id], x)]
     record_predictions(asked.runs, engines, asked.allocation, asked.rates)
+    console.print(_beginning(left, asked), markup=False, highlight=False, soft_wrap=True)
     for request in asked.target.request_lines(jobs):
         console.print(request, markup=False, highlight=False, soft_wrap=True)
     line = snakemake_line(
         write_jobs(asked.runs, jobs).relative_to(asked.runs),
         asked.target.snakemake_options(asked.allocation),
     )
+
+    def ending() -> None:
+        console.print(f"ending the running cases, within {ENDING_S:.0f} s", highlight=False)
+
     with (
         asked.target.waiting(),
         show(console, asked.runs, asked.cases, asked.allocation) as watch,
     ):
-        return run_workflow(asked.runs, line, lock, watch)
+        return run_workflow(asked.runs, line, lock, watch, ending)

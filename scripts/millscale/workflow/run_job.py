@@ -78,6 +78,7 @@ def run_job(folders: list[Path], ranks: int, spread: Spread | None = None) -> in
     for folder in folders:
         code = _in_child(partial(run_case, folder, ranks, spread=spread))
         if code == INTERRUPTED:
+            print(f"{folder.name}: ended by a signal", file=sys.stderr)
             return INTERRUPTED
         if code not in (0, FAILED):
             if code != REPORTED:
@@ -139,6 +140,8 @@ def main() -> int:
     escape_unencodable()
     end_with_parent()()
     if run_has_ended():
+        ended = "not begun, because the run that queued it has ended"
+        print(f"{options.job}: {ended}", file=sys.stderr)
         return INTERRUPTED
     job = job_named(read_jobs(options.file), options.job)
     spread = spread_of(job.ranks, job.nodes)

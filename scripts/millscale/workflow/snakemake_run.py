@@ -19,7 +19,8 @@ from millscale.terminal import one_line
 SNAKEFILE = Path(__file__).with_name("Snakefile")
 WORKFLOW_LOG = "log.workflow"
 _TAIL_BYTES = 1 << 16
-_ENDING_S = 30.0
+# Engines that do not end within this time after an interruption are killed [s].
+ENDING_S = 30.0
 
 
 def snakemake_line(jobs: Path, executor: Sequence[str]) -> list[str]:
@@ -48,6 +49,7 @@ def run_workflow(
     line: list[str],
     lock: int,
     watch: Callable[[], None],
+    ending: Callable[[], None] = lambda: None,
 ) -> int:
     """Run Snakemake in a runs folder; return its exit code.
 
@@ -57,6 +59,7 @@ def run_workflow(
         line: of `snakemake_line`.
         lock: descriptor of the lock of `runs`; the workflow inherits it.
         watch: called about once a second.
+        ending: called at once after Ctrl-C, before the engines have ended.
     """
     with (runs / WORKFLOW_LOG).open("wb") as log, ending_signals_to(interrupt):
         # In a session of its own, so that Ctrl-C reaches only this process, which ends the others.
@@ -76,6 +79,10 @@ def run_workflow(
                 watch()
                 time.sleep(0.5)
         except BaseException:
+            # A second signal would disturb the end, a closed terminal must not.
+            ignore_ending_signals()
+            with suppress(OSError):
+                ending()
             _end(process)
             raise
         if process.returncode < 0:
@@ -103,7 +110,7 @@ def last_problem(runs: Path) -> str:
 def _end(process: subprocess.Popen) -> None:
     """Interrupt Snakemake and its stages; wait until the last stage has ended its engine."""
     ignore_ending_signals()
-    deadline = time.monotonic() + _ENDING_S
+    deadline = time.monotonic() + ENDING_S
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGINT)
         while time.monotonic() < deadline:

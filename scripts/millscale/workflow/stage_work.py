@@ -207,7 +207,8 @@ def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
     time = case.time
     settled = time.settle_steps if stage.name == "rotate" else 0
     steps = time.settle_steps if stage.name == "settle" else time.steps
-    return Run(folder / f"{stage.name}.part", inputs, settled, steps, ranks)
+    of_case = time.settle_steps + time.steps
+    return Run(folder / f"{stage.name}.part", inputs, settled, steps, of_case, ranks)
 
 
 def inputs_of(stage: Stage, folder: Path) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,9 +26,12 @@ from millscale.workflow.failures import (
     Failure,
     advice_of,
 )
+from millscale.workflow.jobs import STAGES_S
 from millscale.workflow.progress import Progress, stage_progress, stage_steps
 from millscale.workflow.stage_record import StageRecord, read_record
 
+# Of cases that are not all done.
+LARGEST_SHARE = 0.99
 # Lines of its log by which an engine may be late before it counts as silent.
 _FEW_ROWS = 5.0
 
@@ -45,6 +49,7 @@ class CaseStatus:
         particle_steps_per_s: mean since the running stage began to step; None if no engine runs.
         time_left_s: time of the remaining engine steps at that rate; None if no engine runs.
         silent_s: time since a running engine has written a file; None if no engine runs.
+        predicted_wall_time_s: of all engine steps, on one core.
         failure: kind of the last problem, as in `failures`; empty if there is none.
         problem: its cause, one line.
         advice: what to do, one line.
@@ -65,11 +70,26 @@ class CaseStatus:
     particle_steps_per_s: float | None
     time_left_s: float | None
     silent_s: float | None
+    predicted_wall_time_s: float
     failure: str
     problem: str
     advice: str
     log: str
     by_hand: tuple[str, ...] = ()
+
+    @property
+    def is_starting(self) -> bool:
+        """Whether an engine runs that has not reported a step yet."""
+        return self.silent_s is not None and self.particle_steps_per_s is None
+
+
+def share_done(statuses: Sequence[CaseStatus]) -> float:
+    """Return the share of the predicted time of all cases that is done; 1 only if all are."""
+    times = [(x, x.predicted_wall_time_s + STAGES_S) for x in statuses]
+    done = sum(time if x.state == "done" else time * x.step / max(x.steps, 1) for x, time in times)
+    whole = sum(time for _, time in times)
+    is_all = all(x.state == "done" for x in statuses)
+    return 1.0 if is_all else min(done / whole, LARGEST_SHARE)
 
 
 def campaign_cases(runs: Path) -> list[Path]:
@@ -112,6 +132,7 @@ def _damaged(case_id: str, cause: str) -> CaseStatus:
         particle_steps_per_s=None,
         time_left_s=None,
         silent_s=None,
+        predicted_wall_time_s=0.0,
         failure=DAMAGED,
         problem=f"{DAMAGED}: {CASE_FILE}: {cause}",
         advice=advice_of(DAMAGED),
@@ -165,6 +186,7 @@ def case_status(
         particle_steps_per_s=rate,
         time_left_s=_time_left((steps - step) * balls, rate, now),
         silent_s=silent,
+        predicted_wall_time_s=case.predicted.wall_time_s,
         failure=problem.kind if problem else "",
         problem=problem.cause if problem else "",
         advice=problem.advice if problem else "",
