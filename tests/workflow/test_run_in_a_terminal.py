@@ -10,6 +10,7 @@ import sys
 import termios
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -126,10 +127,14 @@ def test_ctrl_c_is_answered_before_the_engines_have_ended(terminal, finished, wa
     assert finished("run").returncode == 0
 
 
-@pytest.mark.parametrize("delay", [0.2, 0.5, 1.0, 1.5])
-def test_ctrl_c_during_the_start_ends_without_a_traceback(terminal, delay):
+@pytest.mark.parametrize("delay", [0.0, 0.5, 1.0])
+def test_ctrl_c_during_the_start_ends_without_a_traceback(terminal, wait_for, delay):
     shown = terminal(CHARGE, seconds="60")
+    # Python itself has started, and modules of the command are being loaded.
+    maps = Path("/proc") / str(shown.process.pid) / "maps"
+    wait_for(lambda: "_core" in maps.read_text(errors="replace"))
     time.sleep(delay)
     shown.press(b"\x03")
-    assert shown.end() in (130, -2)
+    # 1: click's own "Aborted.", while it reads the options.
+    assert shown.end() in (1, 130, -signal.SIGINT)
     assert "Traceback" not in shown.text
