@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from millscale.analysis.finished import Charge
 from millscale.analysis.measures import COMMON_ANGLES, SINGLE_BALL_ANGLES
 from millscale.analysis.single_ball.comparison import Regression, SingleBallRow
+from millscale.runs.soft_balls import impact_overlap, modulus_for, physical_modulus
 
 LEAST_CORRELATION = 0.999
 MOST_DEVIATION = {"paper": 0.04}
@@ -135,18 +136,39 @@ def _charge(charge: Charge) -> dict[str, Check]:
         ),
     }
     if result.largest_overlap_over_radius is not None:
-        text = f"largest overlap over ball radius, at the rows of series.csv{_where(charge)}"
-        found["overlap"] = (
-            at_most(text, result.largest_overlap_over_radius, MOST_OVERLAP),
-            "reduce step_s, or increase shear_modulus_pa; at the first rows alone, a longer "
-            "settle_s may do",
-        )
+        found["overlap"] = _overlap(charge, result.largest_overlap_over_radius)
     return {
         f"{name}/{charge.id}": replace(
             check, text=f"{charge.id}: {check.text}", case=charge.id, remedy=remedy
         )
         for name, (check, remedy) in found.items()
     }
+
+
+def _overlap(charge: Charge, largest: float) -> tuple[Check, str]:
+    """Return the check of the largest overlap, with its cause if it fails, and what to do."""
+    case, at_rest = charge.case, charge.settled.largest_overlap_over_radius
+    by_impact, modulus = impact_overlap(case), modulus_for(case, MOST_OVERLAP, largest)
+    stiffer = (
+        f"a youngs_modulus_pa of {modulus:g}, {modulus / physical_modulus(case):.2g} times the "
+        f"present one, keeps overlaps below {MOST_OVERLAP:g}"
+    )
+    if at_rest is not None and at_rest > MOST_OVERLAP:
+        cause, remedy = f"the bed at rest has {at_rest:.2g}", f"increase settle_s, or {stiffer}"
+    elif largest <= by_impact:
+        cause = (
+            f"impacts at {case.time.impact_speed_m_s:.3g} m/s compress balls as soft as these by "
+            f"{by_impact:.2g} if nothing damps them"
+        )
+        remedy = f"{stiffer}; a shorter step does not"
+    else:
+        cause = f"impacts that nothing damps cause {by_impact:.2g}"
+        share = case.time.limit_fraction
+        remedy = f"reduce step_s, which is {share:.2f} of the damping limit, or {stiffer}"
+    text = f"largest overlap over ball radius, at the rows of series.csv{_where(charge)}"
+    if largest > MOST_OVERLAP:
+        text += f"; {cause}"
+    return at_most(text, largest, MOST_OVERLAP), remedy
 
 
 def _where(charge: Charge) -> str:

@@ -1,13 +1,16 @@
 """Claims of a campaign."""
 
+import re
 from dataclasses import replace
 
 import pytest
+from msgspec import structs
 
 from millscale.analysis.checks import campaign_checks
+from millscale.analysis.finished import Settled
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.analysis.measures import COMMON_ANGLES
-from synthetic_result import with_result
+from synthetic_result import with_case, with_result
 
 
 @pytest.fixture
@@ -114,6 +117,33 @@ def test_lost_balls_fail(campaign):
     checks = checks_of(campaign, charges=[charge])
     assert checks[f"balls_kept/{charge.id}"].passed is False
     assert checks[f"overlap/{charge.id}"].passed is False
+
+
+def test_an_overlap_that_impacts_explain_asks_for_stiffer_balls_and_not_for_a_shorter_step(
+    campaign,
+):
+    charge = campaign.charges[0]
+    time = structs.replace(
+        charge.case.time, impact_speed_m_s=6.65, collision_time_s=2.94 * 0.159 / 6.65
+    )
+    ball = structs.replace(charge.case.ball, radius_m=1.0)
+    soft = with_case(charge, time=time, ball=ball)  # impacts overlap by 0.159
+
+    def check(largest, at_rest=0.04):
+        one = with_result(soft, largest_overlap_over_radius=largest)
+        vars(one)["settled"] = Settled(largest_overlap_over_radius=at_rest)
+        return checks_of(campaign, charges=[one])[f"overlap/{charge.id}"]
+
+    modulus = charge.case.material.youngs_modulus_pa
+    found = check(0.108)
+    assert found.passed is False
+    assert "impacts at 6.65 m/s compress balls as soft as these by 0.16" in found.text
+    least = float(re.search(r"youngs_modulus_pa of (\S+),", found.remedy)[1])
+    assert modulus * 1.08**2.5 <= least < 1.1 * modulus * 1.08**2.5
+    assert found.remedy.endswith("a shorter step does not")
+    assert check(0.2).remedy.startswith("reduce step_s")
+    assert check(0.2, at_rest=0.15).remedy.startswith("increase settle_s")
+    assert "impacts" not in check(0.09).text
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
-from millscale.cases.slips import impact_overlap, modulus_for
+from millscale.runs.soft_balls import impact_overlap, modulus_for
 from millscale.workflow.plan import plan_rows
 from paper_campaign import write_campaign
 

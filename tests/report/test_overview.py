@@ -100,7 +100,7 @@ def test_what_is_not_to_be_trusted_says_what_to_do(campaign):
     assert "it drifts" in found.found
     pressed = with_result(sound, largest_overlap_over_radius=0.2)
     found = trust_of(campaign, [pressed])["Overlap?"]
-    assert found.state == BAD and "0.200" in found.found and "shear_modulus_pa" in found.remedy
+    assert found.state == BAD and "0.200" in found.found and "youngs_modulus_pa" in found.remedy
     assert trust_of(campaign, [with_result(sound, alternating_torque=0.1)])["Step?"].state == BAD
     for item in trust.values():
         assert item.state == GOOD or item.remedy

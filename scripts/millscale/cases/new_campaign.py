@@ -12,9 +12,10 @@ from millscale.campaign.keys import SECTIONS
 from millscale.campaign.reader import read_value
 from millscale.campaign.spellings import spelling_of
 from millscale.cases.case import cases_of
-from millscale.cases.slips import USUAL_OVERLAP, impact_overlap, modulus_for
+from millscale.cases.slips import USUAL_OVERLAP
 from millscale.errors import CampaignError, Mistakes
 from millscale.runs.case_file import Case
+from millscale.runs.soft_balls import impact_overlap, modulus_for
 
 # Fewer ball diameters across a mill, or in a groove, are no model of a charge.
 LEAST_MILL, LEAST_GROOVE = 15.0, 1.5

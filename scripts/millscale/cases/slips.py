@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from millscale.formats import duration, rounded_up
 from millscale.packing.bed import LARGEST_OVERLAP
 from millscale.runs.case_file import Case
+from millscale.runs.soft_balls import impact_overlap, modulus_for, physical_modulus
 
 # Overlap of the fastest impact over the ball radius that DEM practice stays below, and a tenth of
 # a Hertz contact's range.
@@ -44,33 +45,6 @@ def slips_of(cases: Sequence[Case], times: Sequence[float]) -> dict[str, list[st
 Warnings = Iterable[tuple[str, Sequence[Case]]]
 
 
-def impact_overlap(case: Case) -> float:
-    """Return the overlap of an impact at the speed of re-impact over the ball radius.
-
-    A Hertz impact lasts 2.94 times its overlap over its speed (docs/theory/contact-law.md).
-    """
-    time = case.time
-    return time.collision_time_s * time.impact_speed_m_s / 2.94 / case.ball.radius_m
-
-
-def modulus_for(case: Case, overlap: float) -> float:
-    """Return Young's modulus of the physical mill at which impacts overlap by no more, rounded up.
-
-    The overlap of a Hertz impact follows E^(-2/5).
-
-    Args:
-        overlap: over the ball radius.
-    """
-    return rounded_up(_modulus(case) * (impact_overlap(case) / overlap) ** 2.5)
-
-
-def _modulus(case: Case) -> float:
-    """Return Young's modulus of the physical mill [Pa]."""
-    matched = case.material.stiffness == "overlap-matched"
-    velocity = case.factors.length / case.factors.time if matched else 1.0
-    return case.material.youngs_modulus_pa / velocity**2
-
-
 def _overlap(cases: Sequence[Case]) -> Warnings:
     # `feasible` warns of deeper ones.
     soft = [x for x in cases if USUAL_OVERLAP < impact_overlap(x) <= LARGEST_OVERLAP]
@@ -78,7 +52,7 @@ def _overlap(cases: Sequence[Case]) -> Warnings:
         return
     worst = max(soft, key=impact_overlap)
     least = modulus_for(worst, USUAL_OVERLAP)
-    steps = math.sqrt(least / _modulus(worst))
+    steps = math.sqrt(least / physical_modulus(worst))
     yield (
         f"impacts at {worst.time.impact_speed_m_s:.3g} m/s overlap by "
         f"{impact_overlap(worst):.2g} of the ball radius at S = {worst.S:g}; a youngs_modulus_pa "
@@ -93,7 +67,7 @@ def _stiffness(cases: Sequence[Case], times: Sequence[float]) -> Warnings:
         return
     stiff, total = [case for case, _ in timed], sum(time for _, time in timed)
     worst, shortest = max(stiff, key=impact_overlap), min(case.time.step_s for case in stiff)
-    modulus = _modulus(worst)
+    modulus = physical_modulus(worst)
     softer = []
     for overlap in (USUAL_OVERLAP, SMALL_OVERLAP):
         least = modulus_for(worst, overlap)
@@ -115,7 +89,7 @@ def _stiffness(cases: Sequence[Case], times: Sequence[float]) -> Warnings:
 
 def _is_stiff(case: Case) -> bool:
     """Return whether balls half as stiff would still do."""
-    modulus = _modulus(case)
+    modulus = physical_modulus(case)
     return modulus > STIFF_PA and modulus_for(case, USUAL_OVERLAP) < 0.5 * modulus
 
 

@@ -11,10 +11,11 @@ from msgspec import to_builtins
 from millscale.campaign.campaign import Campaign
 from millscale.cases.case import cases_of
 from millscale.cases.cost import memory_mb, wall_time
-from millscale.cases.slips import impact_overlap, slips_of
+from millscale.cases.slips import slips_of
 from millscale.engine.machine import CoreWish
 from millscale.power_models import models_for
 from millscale.runs.case_file import Case
+from millscale.runs.soft_balls import impact_overlap
 from millscale.workflow.placement import OPEN, place
 
 Row = dict[str, Any]
