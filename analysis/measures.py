@@ -64,6 +64,10 @@ class Column:
         plus = self.signed if signed is None else signed
         return f"+{shown}" if plus and value > 0.0 else shown
 
+    def scatter_text(self, value: float | None) -> str:
+        """Return a scatter with the decimals of the number that it stands beside."""
+        return number(None) if value is None else f"{self.factor * value:.{self.digits}f}"
+
 
 @dataclass(frozen=True)
 class ErrorColumn(Column):

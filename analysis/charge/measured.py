@@ -1,4 +1,4 @@
-"""Charges measured by themselves and in pairs, dump by dump."""
+"""Charges measured by themselves and in pairs, dump by dump; mill angles on all processors."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ import numpy as np
 from millscale.analysis.charge.pair_errors import OF_DUMPS, Dumps, PairErrors, errors_of_dumps
 from millscale.analysis.charge.scaled_mills import Pair
 from millscale.analysis.finished import Charge
+from millscale.analysis.forked import forked
 from millscale.analysis.means import mean_known
 from millscale.analysis.measures import NUMBERS, QUANTITIES, Quantity, Taken, Value
 from millscale.analysis.shapes.shape import Shape, shape_of, snapshots_at, wanted_angles
 from millscale.analysis.shapes.snapshots import Snapshot
+from millscale.analysis.shapes.velocity_field import VelocityField, velocity_field
 from millscale.runs.dumps import read_dump
 from millscale.runs.untrusted import RunFolderError
 
@@ -29,12 +31,14 @@ class Measured:
         numbers: by charge, the numbers of `measures.NUMBERS` by name.
         errors: of the first of two charges against the second.
         shapes: by mill angle [rad] and charge, at the angles to draw.
+        velocities: by charge, over the dumps in the steady part of the rotation.
         problems: by charge, dumps that are missing or could not be read.
     """
 
     numbers: dict[Charge, dict[str, float | None]] = field(default_factory=dict)
     errors: dict[Pair, PairErrors] = field(default_factory=dict)
     shapes: dict[float, dict[Charge, Shape]] = field(default_factory=dict)
+    velocities: dict[Charge, VelocityField] = field(default_factory=dict)
     problems: dict[Charge, list[RunFolderError]] = field(default_factory=dict)
 
     @property
@@ -47,33 +51,84 @@ class Measured:
         return self.shapes.get(max(self.shapes, default=0.0), {}).get(charge)
 
 
+@dataclass(frozen=True)
+class _AtAngle:
+    """What is measured at one mill angle; charges and pairs by their places in lists.
+
+    Attributes:
+        shapes: at an angle to draw.
+        problems: dumps that could not be read.
+    """
+
+    numbers: dict[tuple[int, str], float]
+    errors: dict[int, dict[str, Value]]
+    shapes: dict[int, Shape]
+    velocities: dict[int, VelocityField]
+    problems: dict[int, RunFolderError]
+
+
 def measure(charges: Sequence[Charge], pairs: Iterable[Pair]) -> Measured:
     """Return charges measured by themselves and in pairs.
 
-    Reads each dump once. Holds the shapes of one mill angle at a time, besides those to draw.
+    Reads each dump once. A process holds the shapes of one mill angle at a time, besides those to
+    draw.
     """
     measured = Measured(problems={charge: [] for charge in charges})
     snapshots = {charge: _snapshots(charge, measured) for charge in charges}
-    kept = _kept_angles(list(snapshots.values()))
+    kept, every = _kept_angles(list(snapshots.values())), list(pairs)
     numbers: dict[tuple[Charge, str], ByAngle] = {}
-    errors: dict[Pair, dict[float, dict[str, Value]]] = {pair: {} for pair in pairs}
-    for angle in sorted(set().union(*snapshots.values())):
-        shapes = _shapes_at(angle, snapshots, measured)
-        for charge, shape in shapes.items():
-            for quantity in _averaged():
-                value = quantity.read(shape)
-                if value is not None:
-                    numbers.setdefault((charge, quantity.name), {})[angle] = value
-        for ours, theirs in errors:
-            if ours in shapes and theirs in shapes:
-                errors[ours, theirs][angle] = errors_of_dumps(shapes[ours], shapes[theirs])
+    errors: dict[Pair, dict[float, dict[str, Value]]] = {pair: {} for pair in every}
+    angles = sorted(set().union(*snapshots.values()))
+    at_angles = forked(lambda angle: _measure_at(angle, snapshots, every, angle in kept), angles)
+    for angle, found in zip(angles, at_angles, strict=True):
+        for (i, name), value in found.numbers.items():
+            numbers.setdefault((charges[i], name), {})[angle] = value
+        for i, row in found.errors.items():
+            errors[every[i]][angle] = row
+        for i, velocity in found.velocities.items():
+            known = measured.velocities.get(charges[i])
+            measured.velocities[charges[i]] = known + velocity if known else velocity
+        for i, problem in found.problems.items():
+            measured.problems[charges[i]].append(problem)
         if angle in kept:
-            measured.shapes[angle] = shapes
+            measured.shapes[angle] = {charges[i]: shape for i, shape in found.shapes.items()}
     for charge in charges:
         measured.numbers[charge] = _numbers(charge, numbers, measured.problems[charge])
     for pair, by_angle in errors.items():
         measured.errors[pair] = _pair_errors(pair, by_angle, numbers)
     return measured
+
+
+def _measure_at(
+    angle: float,
+    snapshots: Mapping[Charge, Mapping[float, Snapshot]],
+    pairs: Sequence[Pair],
+    is_kept: bool,
+) -> _AtAngle:
+    """Return what is measured at one mill angle of the charges with a dump there."""
+    shapes: dict[Charge, Shape] = {}
+    found = _AtAngle({}, {}, {}, {}, {})
+    for i, (charge, by_angle) in enumerate(snapshots.items()):
+        if angle not in by_angle:
+            continue
+        try:
+            dump = read_dump(by_angle[angle].path)
+            shape = shape_of(dump, by_angle[angle], charge.case)
+        except RunFolderError as error:
+            found.problems[i] = error
+            continue
+        shapes[charge] = shape
+        if is_kept:
+            found.shapes[i] = shape
+        for quantity in _averaged():
+            if (value := quantity.read(shape)) is not None:
+                found.numbers[i, quantity.name] = value
+        if angle >= charge.steady_from and (velocity := velocity_field(dump, charge.case)):
+            found.velocities[i] = velocity
+    for i, (ours, theirs) in enumerate(pairs):
+        if ours in shapes and theirs in shapes:
+            found.errors[i] = errors_of_dumps(shapes[ours], shapes[theirs])
+    return found
 
 
 def _averaged() -> list[Quantity]:
@@ -154,19 +209,3 @@ def _kept_angles(snapshots: list[dict[float, Snapshot]]) -> set[float]:
     angles = sorted(set.intersection(*known) or set.union(*known)) if known else []
     steps = np.linspace(0, len(angles), SHAPES_KEPT + 1)[1:]
     return {angles[max(0, round(step) - 1)] for step in steps} if angles else set()
-
-
-def _shapes_at(
-    angle: float, snapshots: Mapping[Charge, dict[float, Snapshot]], measured: Measured
-) -> dict[Charge, Shape]:
-    """Return the shapes of all charges with a dump at a mill angle; a dump that cannot be read is
-    noted."""
-    shapes = {}
-    for charge, found in snapshots.items():
-        if angle not in found:
-            continue
-        try:
-            shapes[charge] = shape_of(read_dump(found[angle].path), found[angle], charge.case)
-        except RunFolderError as error:
-            measured.problems[charge].append(error)
-    return shapes

@@ -15,10 +15,11 @@ from millscale.analysis.charge.speed_error import SHOWN, mill_rows
 from millscale.analysis.finished_campaign import Campaign, load_campaign
 from millscale.analysis.paper import numbers as paper
 from millscale.analysis.single_ball.windows import common_windows
-from millscale.formats import duration, hundredths, number, percent
+from millscale.formats import clock, duration, hundredths, number
 from millscale.report import images, tables
 from millscale.report import overview as first_screen
 from millscale.report.ball_classes import class_lines
+from millscale.report.captions import words
 from millscale.report.comparison_images import comparison_images
 from millscale.report.interactive import Chart, packed, plotting_script, views_of
 from millscale.report.mill_drawing import MillDrawing, mill_drawing
@@ -27,6 +28,7 @@ from millscale.runs.untrusted import RunFolderError, understood
 from millscale.runs.writing import write_json, write_text, writing_folder
 
 PAGE = Path(__file__).parent / "page"
+MOST_OPEN = 24  # rows of a table that is not folded
 REPORT, INDEX, RESULTS = "report", "index.html", "results.json"
 
 
@@ -92,19 +94,20 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
                 if any(row.estimates[i].value is not None for row in screen.rows)
             ],
             level=first_screen.LEVEL,
+            most_open=MOST_OPEN,
             hardware=tables.hardware(campaign),
             mills=tables.mill_lines(campaign),
             angles=tables.angle_tables(campaign),
             energies=tables.energy_tables(campaign),
             windows=common_windows(campaign.single),
-            words=images.words,
+            words=words,
             policies=images.policy_figures(campaign, folder),
             ratios=images.ratio_figures(campaign, folder),
             charge_overview=images.charge_overview(campaign, folder),
-            charges=[images.charge_images(charge, folder) for charge in campaign.charges],
+            charges=images.all_charges(campaign.charges, folder),
             shapes=comparison_images(comparison, folder),
             speeds=speeds,
-            has_speed_up=any(mill.speed_up is not None for mill in speeds),
+            has_speed_up=any(mill.speed_up and not mill.is_reference for mill in speeds),
             statements=tables.statements(campaign),
             of_paper=campaign.of_paper,
             paper=paper,
@@ -154,7 +157,8 @@ def environment() -> Environment:
     )
     made.filters |= {
         "number": number,
-        "percent": percent,
+        "clock": clock,
+        "full_columns": tables.full_columns,
         "duration": duration,
         "hundredths": hundredths,
     }

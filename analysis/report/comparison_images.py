@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,11 +10,13 @@ from millscale.analysis.charge.comparison import ChargeComparison
 from millscale.analysis.charge.measured import Measured
 from millscale.analysis.charge.speed_error import mill_rows
 from millscale.analysis.finished import Charge
+from millscale.analysis.forked import forked
 from millscale.analysis.paper.numbers import is_papers_mill
+from millscale.report.captions import charges_of, words
 from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
 from millscale.report.figures.snapshot_sheet import snapshot_sheet
-from millscale.report.images import Image, save_image, words
+from millscale.report.images import Image, save_image
 from millscale.runs.untrusted import RunFolderError
 
 SHEET_OF = {"constant-gravity": "Fig. 9", "constant-speed": "Fig. 10"}
@@ -49,21 +51,31 @@ def comparison_images(comparison: ChargeComparison, to: Path) -> ComparisonImage
     first = [mill.first for mill in charges.mills]
     if not first:
         return images
-    references = [row.reference for row in comparison.rows]
-    for S in sorted({reference.S for reference in references if not reference.is_physical}):
+    references = {row.charge: row.reference for row in comparison.rows}
+    used = {x for charge, x in references.items() if x is not charge and not x.is_physical}
+    for S in sorted({reference.S for reference in used}):
         images.problems.append(
             f"No physical mill among the finished cases: errors are against S = {S:.4g}."
         )
-    for scheme, own in by_scheme(first).items():
-        _of_scheme(images, comparison.measured, scheme, own, to)
+    schemes = list(by_scheme(first).items())
+
+    def drawn(of: tuple[str, list[Charge]]) -> ComparisonImages:
+        found = ComparisonImages(images.of_paper)
+        _of_scheme(found, comparison.measured, *of, references, to)
+        return found
+
+    for found in forked(drawn, schemes):
+        for name in ("sheets", "contours", "curtains", "problems"):
+            getattr(images, name).extend(getattr(found, name))
     _flow(images, first, to)
     mills = mill_rows(comparison.rows)
     figure = speed_figures.run_times(mills, images.of_paper)
-    caption = images.caption("Table 10", "time of a rotation")
+    text = "processor time of a rotation against the number of balls"
+    caption = images.caption("Table 10", text)
     images.speed.append(save_image(figure, to / "table10-wall-time.png", caption))
     if any(not mill.is_reference for mill in mills):
         figure = speed_figures.speed_against_error(mills)
-        caption = "speed against error; numbers: S; bars: standard deviation over seeds"
+        caption = "errors against processor time; numbers: S; bars: standard deviation over seeds"
         images.speed.append(save_image(figure, to / "speed-against-error.png", caption))
     return images
 
@@ -87,10 +99,11 @@ def _of_scheme(
     measured: Measured,
     scheme: str,
     charges: list[Charge],
+    references: Mapping[Charge, Charge],
     to: Path,
 ) -> None:
     """Draw Figs. 9 to 12 of one scheme."""
-    angles = sorted(measured.shapes)
+    angles, of = sorted(measured.shapes), f"{words(scheme)}, {charges_of(charges)}"
     if not any(measured.shapes.values()):
         images.problems.append(
             f"{words(scheme)}, snapshots, contours and curtains: no case has a dump at the mill "
@@ -98,20 +111,30 @@ def _of_scheme(
         )
         return
     try:
-        sheet = snapshot_sheet(charges, angles)
+        sheet = snapshot_sheet(charges, angles, measured.velocities)
     except RunFolderError as error:
         images.problems.append(str(error))
     else:
-        caption = images.caption(SHEET_OF.get(scheme, "Figs. 9, 10"), words(scheme))
+        text = f"{of}: snapshots, and right of them means over the steady part"
+        caption = images.caption(SHEET_OF.get(scheme, "Figs. 9, 10"), text)
         images.sheets.append(save_image(sheet, to / f"fig9-{scheme}.png", caption))
-    figure = shape_figures.contours(measured, charges)
-    caption = images.caption("Fig. 11", words(scheme))
+    figure = shape_figures.contours(measured, charges, references.values())
+    text = f"{of}: surface of the bed; similar charges coincide"
+    caption = images.caption("Fig. 11", text)
     images.contours.append(save_image(figure, to / f"fig11-{scheme}.png", caption))
+    if difference := shape_figures.contour_differences(measured, charges, references):
+        caption = (
+            f"{of}: distance of each surface from that of the reference along its normal, positive "
+            "towards the air; 0 for similar charges"
+        )
+        path = to / f"contour-differences-{scheme}.png"
+        images.contours.append(save_image(difference, path, caption))
     last = measured.shapes[measured.last_angle]
     known = [c for c in charges if c in last]
     if any(last[c].curtains for c in known):
-        figure = shape_figures.curtain_profiles(measured, known)
-        text = f"{words(scheme)}, {measured.last_angle:.4g} rad"
+        figure = shape_figures.curtain_profiles(measured, known, references.values())
+        text = f"{of}, at {measured.last_angle:.4g} rad: the smallest regions that hold 90 % of "
+        text += "the balls that a lifter threw; similar charges coincide"
         caption = images.caption("Fig. 12", text)
         images.curtains.append(save_image(figure, to / f"fig12-{scheme}.png", caption))
     else:
@@ -130,13 +153,18 @@ def _flow(images: ComparisonImages, charges: list[Charge], to: Path) -> None:
     if not known:
         return
     box = shape_figures.monitoring_box(known[0])
-    caption = images.caption("Fig. 13", "the box at rest")
+    text = f"liner and monitoring box at rest, {known[0].label}"
+    caption = images.caption("Fig. 13", text)
     images.flow.append(save_image(box, to / "fig13-box.png", caption))
     for scheme, own in by_scheme(known).items():
         figure = shape_figures.mass_flow(own)
-        caption = images.caption("Fig. 14", words(scheme))
+        of = f"{words(scheme)}, {charges_of(own)}"
+        text = f"{of}: mass in the box over the mass of the charge; similar charges coincide"
+        caption = images.caption("Fig. 14", text)
         images.flow.append(save_image(figure, to / f"fig14-{scheme}.png", caption))
         folded = shape_figures.mass_flow_over_pitch(own)
         if folded:
-            caption = f"{words(scheme)}: mean over the steady lifter pitches, the box at rest"
+            caption = f"{of}: mean over the steady lifter pitches, the box at rest"
+            if len(own) > 1:
+                caption += "; below, the difference from the first"
             images.flow.append(save_image(folded, to / f"mass-over-pitch-{scheme}.png", caption))

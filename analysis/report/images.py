@@ -4,27 +4,35 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from typing import TypeVar
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image as Picture
 
-from millscale.analysis.finished import Charge
+from millscale.analysis.finished import Charge, SingleBall
 from millscale.analysis.finished_campaign import Campaign
+from millscale.analysis.forked import forked
 from millscale.analysis.single_ball import comparison
+from millscale.report.ball_picture import draw_pictures
+from millscale.report.captions import charges_of, scales_of, words
 from millscale.report.figures import charge as charge_figures
 from millscale.report.figures import single_ball as figures
 from millscale.report.figures.energy_budget import energy_budget_figure
 from millscale.report.interactive import Chart, chart_of
-from millscale.report.picture_process import draw_pictures
 from millscale.runs.untrusted import RunFolderError
 
-DPI = 140
-QUALITY = 80  # of the images in the page
+DPI = 110
+QUALITY, WEBP_METHOD = 80, 2  # of the images in the page
+PNG_LEVEL = 3
 FINEST_PICTURES_RAD = 0.5
+MOST_CURVES = 12  # of one kind in a figure
+C = TypeVar("C")
 MOST_PICTURES = 6
 
 
@@ -33,21 +41,14 @@ class Image:
     """A drawn image of the report.
 
     Attributes:
+        data: the file as a data URL of a smaller format, so that the page needs no other file.
         chart: of `interactive.chart_of`; None where the image alone is shown.
     """
 
     path: Path
     caption: str
+    data: str
     chart: Chart | None = None
-
-    @property
-    def data(self) -> str:
-        """Return the file as a data URL of a smaller format, so that the page needs no other
-        file."""
-        small = io.BytesIO()
-        with Picture.open(self.path) as picture:
-            picture.save(small, "WEBP", quality=QUALITY, method=4)
-        return "data:image/webp;base64," + base64.b64encode(small.getvalue()).decode()
 
 
 @dataclass(frozen=True)
@@ -71,38 +72,61 @@ class ChargeFigures:
 
 def policy_figures(campaign: Campaign, to: Path) -> list[PolicyFigures]:
     """Draw Figs. 6 and 7 for each policy, all schemes."""
+    groups = list(comparison.by_policy(campaign.single).items())
     drawn: dict[str, PolicyFigures] = {}
-    for (scheme, policy), balls in comparison.by_policy(campaign.single).items():
-        entry = drawn.setdefault(policy, PolicyFigures(policy, [], []))
-        name = f"{scheme}-{policy}"
-        for over, unit in ((False, "in metres"), (True, "over the mill radius R")):
-            entry.trajectories.append(
-                save_image(
-                    figures.trajectories(balls, over_radius=over),
-                    to / f"fig6-{name}{'-over-R' if over else ''}.png",
-                    f"{words(scheme)}, {unit}",
-                )
-            )
-        for over, unit in ((False, "[J]"), (True, "over the predicted ratio")):
-            entry.energies.append(
-                save_image(
-                    figures.energy_curves(balls, over_prediction=over),
-                    to / f"fig7-{name}{'-over-prediction' if over else ''}.png",
-                    f"{words(scheme)}, {unit}",
-                )
-            )
+    for one in forked(lambda group: _of_policy(*group[0], group[1], to), groups):
+        known = drawn.setdefault(one.policy, PolicyFigures(one.policy, [], []))
+        known.trajectories.extend(one.trajectories)
+        known.energies.extend(one.energies)
     return list(drawn.values())
 
 
+def _of_policy(scheme: str, policy: str, every: Sequence[SingleBall], to: Path) -> PolicyFigures:
+    """Draw Figs. 6 and 7 for one policy of a scheme."""
+    balls = spread(every)
+    name, of = f"{scheme}-{policy}", f"{words(scheme)}, policy {policy}, {scales_of(balls)}"
+    if len(balls) < len(every):
+        of += f" ({len(balls)} of {len(every)} cases)"
+    trajectories = [
+        save_image(
+            figures.trajectories(balls, over_radius=over),
+            to / f"fig6-{name}{'-over-R' if over else ''}.png",
+            f"path of a single ball, {of}, {unit}",
+        )
+        for over, unit in ((False, "in metres"), (True, "over R: similar paths coincide"))
+    ]
+    over_prediction = "over the predicted ratio: similar curves coincide"
+    energies = [
+        save_image(
+            figures.energy_curves(balls, over_prediction=over),
+            to / f"fig7-{name}{'-over-prediction' if over else ''}.png",
+            f"energies of a single ball, {of}, {unit}",
+        )
+        for over, unit in ((False, "in joules"), (True, over_prediction))
+    ]
+    return PolicyFigures(policy, trajectories, energies)
+
+
+def spread(cases: Sequence[C]) -> list[C]:
+    """Return MOST_CURVES of some cases, evenly from the first to the last: more curves in a figure
+    are not told apart."""
+    if len(cases) <= MOST_CURVES:
+        return list(cases)
+    return [cases[i] for i in np.linspace(0, len(cases) - 1, MOST_CURVES).round().astype(int)]
+
+
 def ratio_figures(campaign: Campaign, to: Path) -> dict[str, Image]:
-    """Draw Fig. 8 of each scheme."""
+    """Draw Fig. 8 of each scheme with a case at S = 1."""
+    grouped = {s: list(rows) for s, rows in groupby(campaign.rows, key=lambda row: row.scheme)}
     return {
         scheme: save_image(
-            figures.energy_ratios(scheme, list(rows), campaign.of_paper),
+            figures.energy_ratios(scheme, rows, campaign.of_paper),
             to / f"fig8-{scheme}.png",
-            f"{words(scheme)}: energy ratio against its prediction",
+            f"{words(scheme)}, {scales_of([row.ball for row in rows])}: energy ratio of a single "
+            "ball against its prediction, and the deviation below; the law holds on the line",
         )
-        for scheme, rows in groupby(campaign.rows, key=lambda row: row.scheme)
+        for scheme, rows in grouped.items()
+        if any(row.reference for row in rows)
     }
 
 
@@ -110,8 +134,16 @@ def charge_overview(campaign: Campaign, to: Path) -> Image | None:
     """Draw all multi-ball cases in one dimensionless figure."""
     if not campaign.charges:
         return None
-    figure = charge_figures.charge_series(campaign.charges, dimensionless=True)
-    return save_image(figure, to / "charges.png", "all cases, dimensionless")
+    first = [mill.first for mill in campaign.comparison.charges.mills]
+    drawn = campaign.charges if len(campaign.charges) <= MOST_CURVES else spread(first)
+    figure = charge_figures.charge_series(drawn, dimensionless=True)
+    caption = f"energies, torque, power and centre of mass, dimensionless: {charges_of(drawn)}; "
+    return save_image(figure, to / "charges.png", caption + "similar mills coincide")
+
+
+def all_charges(charges: Sequence[Charge], to: Path) -> list[ChargeFigures]:
+    """Draw pictures and time series of every multi-ball case."""
+    return forked(lambda charge: charge_images(charge, to), charges)
 
 
 def charge_images(charge: Charge, to: Path) -> ChargeFigures:
@@ -121,12 +153,12 @@ def charge_images(charge: Charge, to: Path) -> ChargeFigures:
         save_image(
             charge_figures.charge_series([charge], dimensionless=False),
             to / f"{charge.id}-series.png",
-            f"{of}: energies, torque, power, centre of mass",
+            f"{of}: energies, torque, power, centre of mass; a steady charge has constant means",
         ),
         save_image(
             charge_figures.charge_states(charge),
             to / f"{charge.id}-states.png",
-            f"{of}: balls on the wall, in the bed and in flight",
+            f"{of}: shares of the balls on the wall, in the bed and in flight",
         ),
     ]
     if charge.result.ledger is not None:
@@ -141,13 +173,13 @@ def charge_images(charge: Charge, to: Path) -> ChargeFigures:
         drawn = draw_pictures(charge.folder, _picture_angles(charge), to)
     except RunFolderError as error:
         return ChargeFigures(charge.id, [], series, str(error))
-    pictures = [Image(path, f"{angle:.2f} rad") for path, angle in drawn]
+    pictures = [_image_of(path, f"{of}, at {angle:.2f} rad") for path, angle in drawn]
     return ChargeFigures(charge.id, pictures, series, "")
 
 
-def words(scheme: str) -> str:
-    """Return the name of a scheme for a caption."""
-    return scheme.replace("-", " ")
+def _image_of(path: Path, caption: str) -> Image:
+    with Picture.open(path) as picture:
+        return Image(path, caption, _data(picture))
 
 
 def _picture_angles(charge: Charge) -> list[float]:
@@ -160,7 +192,7 @@ def _picture_angles(charge: Charge) -> list[float]:
 
 
 def save_image(figure: Figure, path: Path, caption: str) -> Image:
-    """Draw a figure into a file of the report: the bytes of `savefig`, which draws it twice where
+    """Draw a figure into a file of the report: the pixels of `savefig`, which draws it twice where
     axes have a layout."""
     figure.set_dpi(DPI)
     canvas = FigureCanvasAgg(figure)
@@ -168,6 +200,13 @@ def save_image(figure: Figure, path: Path, caption: str) -> Image:
     if layout is not None:
         layout.execute(figure)
         figure.set_layout_engine("none")
-    with path.open("wb") as file:
-        canvas.print_png(file)
-    return Image(path, caption, chart_of(figure))
+    canvas.draw()
+    picture = Picture.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    picture.save(path, compress_level=PNG_LEVEL)
+    return Image(path, caption, _data(picture), chart_of(figure))
+
+
+def _data(picture: Picture.Image) -> str:
+    small = io.BytesIO()
+    picture.save(small, "WEBP", quality=QUALITY, method=WEBP_METHOD)
+    return "data:image/webp;base64," + base64.b64encode(small.getvalue()).decode()

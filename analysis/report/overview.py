@@ -41,6 +41,7 @@ class Quantity:
         error: name of its standard error in result.json; empty if it has none.
         predicted: name of its observable in a prediction, if it is another.
         on_first_screen: whether it is an answer; else the table alone has it.
+        digits: decimals where no interval decides them.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Quantity:
     error: str = ""
     predicted: str = ""
     on_first_screen: bool = True
+    digits: int | None = None
 
     @property
     def heading(self) -> str:
@@ -72,10 +74,10 @@ QUANTITIES = (
     ),
     Quantity("torque", "torque", "kN m", lambda mill: 1e-3 * mill.torque_scale, "torque"),
     Quantity("kinetic", "kinetic energy", "kJ", lambda mill: 1e-3 * mill.energy_scale, "kinetic"),
-    Quantity("toe_angle_rad", "toe", "deg", _degrees),
-    Quantity("shoulder_angle_rad", "shoulder", "deg", _degrees),
-    Quantity("throw_angle_rad", "balls thrown at", "deg", _degrees, on_first_screen=False),
-    Quantity("landing_angle_rad", "balls land at", "deg", _degrees, on_first_screen=False),
+    Quantity("toe_angle_rad", "toe", "deg", _degrees, digits=1),
+    Quantity("shoulder_angle_rad", "shoulder", "deg", _degrees, digits=1),
+    Quantity("throw_angle_rad", "balls thrown at", "deg", _degrees, "", "", False, 1),
+    Quantity("landing_angle_rad", "balls land at", "deg", _degrees, "", "", False, 1),
 )
 
 
@@ -86,15 +88,19 @@ class Estimate:
     Attributes:
         half_width: of the interval of `LEVEL`; None if it is not known.
         source: of the interval; empty without one.
+        own_digits: decimals where no interval decides them; None for three figures.
     """
 
     value: float | None
     half_width: float | None = None
     source: str = ""
+    own_digits: int | None = None
 
     @property
     def digits(self) -> int:
         """Return the decimals to show: two figures of the half width, or three of the value."""
+        if self.own_digits is not None and not self.half_width:
+            return self.own_digits
         figures, size = (2, self.half_width) if self.half_width else (3, abs(self.value or 0.0))
         return max(0, figures - 1 - math.floor(math.log10(size))) if size else 0
 
@@ -232,7 +238,7 @@ def estimate(rows: Sequence[ChargeRow], quantity: Quantity, physical: PhysicalMi
     result = rows[0].charge.result
     error = result.standard_error.get(quantity.error)
     if error is None or result.pitches < 2:
-        return Estimate(scale * mean)
+        return Estimate(scale * mean, own_digits=quantity.digits)
     half = _student(result.pitches - 1) * error
     return Estimate(scale * mean, scale * half, "lifter pitches of one run")
 
@@ -330,7 +336,7 @@ def _reach(comparison: ChargeComparison, row: PhysicalRow) -> list[Answer]:
         on_charge = landing <= toe
         label = f"impact point {'before' if on_charge else 'beyond'} the toe"
         where = "on the charge" if on_charge else "on the bare liner"
-        found.append(Answer(label, "deg", Estimate(abs(landing - toe)), where))
+        found.append(Answer(label, "deg", Estimate(abs(landing - toe), own_digits=1), where))
     case = row.mill.first.case
     most = largest_S(case)
     if case.mill.lifters:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+from markupsafe import Markup
 
 from millscale.analysis.finished_campaign import Campaign
 from millscale.analysis.paper import numbers as paper
@@ -12,9 +15,42 @@ from millscale.analysis.single_ball.comparison import (
     SingleBallRow,
     by_policy,
 )
+from millscale.formats import NONE
 from millscale.runs.case_file import Mill, Statement
 
 PaperRow = Mapping[str, float | str]
+
+_ROW = re.compile(r"(<tr\b[^>]*>)(.*?)(</tr>)", re.DOTALL)
+_CELL = re.compile(r"<(t[hd])\b[^>]*>.*?</\1>", re.DOTALL)
+_TAG = re.compile(r"<[^>]*>")
+_BLANK = frozenset(f"{NONE} /±()")
+
+
+def full_columns(table: str) -> Markup:
+    """Return an HTML table without the columns that hold no number or word.
+
+    Rows with another number of cells than the first, such as notes across the table, stay.
+    """
+    rows = [_cells(row[2]) for row in _ROW.finditer(table)]
+    width = len(rows[0])
+    body = [cells for cells in rows[1:] if len(cells) == width]
+    kept = [i for i in range(width) if not body or any(_holds_text(row[i]) for row in body)]
+
+    def with_kept(row: re.Match[str]) -> str:
+        cells = _cells(row[2])
+        if len(cells) != width:
+            return row[0]
+        return row[1] + "".join(cells[i] for i in kept) + row[3]
+
+    return Markup(_ROW.sub(with_kept, table))
+
+
+def _cells(row: str) -> list[str]:
+    return [cell[0] for cell in _CELL.finditer(row)]
+
+
+def _holds_text(cell: str) -> bool:
+    return not _BLANK.issuperset(_TAG.sub("", cell).strip())
 
 
 @dataclass(frozen=True)
@@ -62,6 +98,11 @@ class EnergyTable:
     fits: list[Regression]
     reported: paper.ReportedThrow | None
     reported_worst: float | None
+
+    @property
+    def has_ratios(self) -> bool:
+        """Return whether a case at S = 1 makes ratios."""
+        return any(row and row.reference for line in self.lines for row in line.rows)
 
 
 def hardware(campaign: Campaign) -> list[str]:

@@ -25,9 +25,9 @@ def percent(value: float | None, digits: int = 2) -> str:
     return NONE if value is None else f"{100.0 * value:+.{digits}f} %"
 
 
-def hundredths(value: float | None, digits: int = 2) -> str:
+def hundredths(value: float | None, digits: int = 2, signed: bool = False) -> str:
     """Return a share in hundredths, for a column headed %."""
-    return NONE if value is None else f"{100.0 * value:.{digits}f}"
+    return NONE if value is None else f"{100.0 * value:{'+' if signed else ''}.{digits}f}"
 
 
 def degrees(angle: float | None) -> str:
@@ -46,6 +46,16 @@ def duration(seconds: float | None) -> str:
         return f"{rest} s"
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest} s"
+
+
+def clock(seconds: float | None) -> str:
+    """Return a duration for a column headed [h:min:s]: 0:00:42, with tenths below ten seconds."""
+    if seconds is None:
+        return NONE
+    if round(seconds, 1) < 10.0:
+        return f"0:00:{seconds:04.1f}"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{rest:02d}"
 
 
 def rounded_up(value: float) -> float:

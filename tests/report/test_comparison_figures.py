@@ -1,6 +1,8 @@
 """Figures 9 to 14, run times and speed against error."""
 
+import shutil
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,14 +13,18 @@ from numpy.testing import assert_allclose
 from millscale.analysis.charge.comparison import compare_charges
 from millscale.analysis.charge.speed_error import SHOWN, OverSeeds, mill_rows
 from millscale.analysis.several_campaigns import load_charges
+from millscale.analysis.shapes.velocity_field import VelocityField
 from millscale.report import comparison_images as drawing
 from millscale.report import images as report_figures
+from millscale.report.ball_picture import FALLING, ball_picture, colours_by_side
 from millscale.report.comparison_images import by_scheme, comparison_images
 from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
-from millscale.report.figures.snapshot_sheet import FALLING, VIEW, ball_picture, snapshot_sheet
+from millscale.report.figures.snapshot_sheet import VIEW, snapshot_sheet
+from millscale.report.figures.style import colour_of_S
 from millscale.runs.dumps import Dump
 from synthetic_result import with_case
+from synthetic_throw import DROP
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +38,13 @@ def dump_of(balls):
     return Dump(0, columns | {"id": np.arange(1.0, len(balls) + 1)})
 
 
+def drawn(balls, rising, pixels):
+    white = np.full((pixels, pixels, 3), 255, np.uint8)
+    return ball_picture(dump_of(balls), colours_by_side(rising), 1.0, white, VIEW)
+
+
 def test_ball_is_drawn_where_it_is_in_its_size_and_colour():
-    picture = ball_picture(dump_of([(0.5, 0.0, 0.25, 0.1)]), np.array([False]), 1.0, pixels=208)
+    picture = drawn([(0.5, 0.0, 0.25, 0.1)], np.array([False]), pixels=208)
     pixel = 2.0 * VIEW / 208  # 0.01
     row, column = np.nonzero(np.any(picture < 250, axis=2))
     assert_allclose((column.mean() + 0.5) * pixel - VIEW, 0.5, atol=pixel)
@@ -47,13 +58,13 @@ def test_ball_is_drawn_where_it_is_in_its_size_and_colour():
 @pytest.mark.parametrize("order", [[0, 1], [1, 0]])
 def test_nearer_ball_hides_the_farther_whatever_their_order(order):
     balls = np.array([(0.0, 0.9, 0.0, 0.2), (0.0, 0.1, 0.0, 0.2)])[order]
-    picture = ball_picture(dump_of(balls), balls[:, 1] < 0.5, 1.0, pixels=101)
+    picture = drawn(balls, balls[:, 1] < 0.5, pixels=101)
     red, _, blue = picture[50, 50].astype(int)
     assert red > blue
 
 
 def test_balls_smaller_than_a_pixel_are_seen():
-    picture = ball_picture(dump_of([(0.3, 0.0, 0.3, 1e-4)]), np.array([True]), 1.0, pixels=100)
+    picture = drawn([(0.3, 0.0, 0.3, 1e-4)], np.array([True]), pixels=100)
     assert 1 <= np.any(picture < 250, axis=2).sum() <= 4
 
 
@@ -67,6 +78,76 @@ def test_sheet_has_a_row_for_each_mill_and_a_column_for_each_angle(comparison):
     drawn = figure.axes[0].images[0].get_array()
     assert np.any(drawn[..., 0] > drawn[..., 2] + 50)
     assert np.any(drawn[..., 2] > drawn[..., 0] + 50)
+
+
+def with_occupancy(folder):
+    """Write occupancy.csv of a charge: half full in the quarter x < 0, z < 0 within 0.9 (R - a)."""
+    radii, angles = np.linspace(0.0, 1.0, 11), np.linspace(0.0, 2.0 * np.pi, 37)
+    lines = ["radius_low,radius_high,angle_low_rad,angle_high_rad,solid_fraction"]
+    for low, high in pairwise(radii):
+        for begin, end in pairwise(angles):
+            filled = high < 0.95 and 0.5 * np.pi - 1e-9 < begin and end < np.pi + 1e-9
+            lines.append(f"{low:.9g},{high:.9g},{begin:.9g},{end:.9g},{0.5 * filled:g}")
+    (folder / "occupancy.csv").write_text("\n".join(lines) + "\n")
+
+
+def test_mean_fields_stand_right_of_the_snapshots(throws, tmp_path):
+    charges = load_charges([shutil.copytree(throws, tmp_path / "runs")])[0][:2]
+    with_occupancy(charges[0].folder)
+    edges = np.linspace(-1.1, 1.1, 56)
+    rising = np.where(np.arange(55) < 10, 1.0, 0.0) * np.ones((55, 1))
+    balls = 5.0 * np.ones((55, 55))
+    velocity = VelocityField(edges, balls, balls, np.stack([0.0 * balls, 5.0 * rising]))
+    figure = snapshot_sheet(charges, [0.5, 1.0], {charges[0]: velocity})
+    *panels, _, _ = figure.axes  # last the scales of colours
+    assert len(panels) == 8
+    titles = [axes.get_title() for axes in panels[:4]]
+    assert titles == ["0.5 rad", "1 rad", "mean", "mean velocity"]
+    (fraction,) = (image.get_array() for image in panels[2].images)
+    z, x = np.nonzero(fraction.filled(0.0) > 0.0)
+    middle = 0.5 * (fraction.shape[0] - 1)
+    assert x.max() < middle and z.max() < middle  # the rising side at the bottom, z up
+    assert_allclose(fraction.compressed(), 0.5)
+    (speed,) = (image.get_array() for image in panels[3].images)
+    assert_allclose(speed, rising)
+    for axes in panels[6:]:
+        assert [text.get_text() for text in axes.texts] == ["not measured"]
+    assert len(snapshot_sheet(charges[1:], [0.5]).axes) == 1  # no empty panels
+
+
+def test_the_distance_from_the_reference_is_drawn_for_every_charge_that_has_one(comparison):
+    charges = comparison.charges.every
+    references = {row.charge: row.reference for row in comparison.rows}
+    figure = shape_figures.contour_differences(comparison.measured, charges, references)
+    assert len(figure.axes) == len(comparison.measured.shapes)
+    axes = figure.axes[-1]
+    lines = [line for line in axes.lines if line.get_label()[0] == "S"]
+    assert len(lines) == sum(references[charge] is not charge for charge in charges) > 0
+    # The surface of the scaled mill lies lower, away from the air.
+    for line in lines:
+        assert np.nanmedian(line.get_ydata()) == pytest.approx(-100.0 * DROP, abs=0.8)
+    itself = {charge: charge for charge in charges}
+    assert shape_figures.contour_differences(comparison.measured, charges, itself) is None
+
+
+def test_the_reference_lies_on_top_whatever_its_S(comparison):
+    charges = comparison.charges.every[1:]
+    assert not any(charge.is_physical for charge in charges)
+    looks = shape_figures.looks_of(charges, [charges[0]])
+    assert all(looks[charges[0]]["zorder"] > looks[x]["zorder"] for x in charges[1:])
+    figure = shape_figures.curtain_profiles(comparison.measured, charges, [charges[0]])
+    drawn = [c for axes in figure.axes for c in axes.collections]
+    assert {c.get_zorder() for c in drawn} == {3, 4}
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_contours_have_a_panel_for_each_angle_and_none_empty(comparison, count):
+    shapes = dict(list(comparison.measured.shapes.items()) * 2)
+    every = {angle + i: found for i in range(4) for angle, found in shapes.items()}
+    measured = replace(comparison.measured, shapes=dict(list(every.items())[:count]))
+    figure = shape_figures.contours(measured, comparison.charges.every)
+    assert len(figure.axes) == count
+    assert all(axes.lines for axes in figure.axes)
 
 
 def test_contours_of_all_mills_are_drawn_and_of_the_physical_mill_in_black(comparison):
@@ -121,6 +202,17 @@ def test_run_times_stand_beside_the_paper_s(comparison):
     assert_allclose(lines["constant gravity"].get_ydata(), 12.5 / 3600.0)
 
 
+def test_marks_have_the_colour_of_their_S(comparison):
+    mills = mill_rows(comparison.rows)
+    colours = {colour_of_S(mill.name.S) for mill in mills}
+    axes = speed_figures.run_times(mills).axes[0]
+    marks = [to_hex(x.get_color()) for x in axes.lines if x.get_linestyle() == "None"]
+    assert len(marks) == len(mills) and set(marks) == colours
+    for axes in speed_figures.speed_against_error(mills).axes:
+        marks = {to_hex(x.get_color()) for x in axes.lines if x.get_marker() in "osD^"}
+        assert colour_of_S(2.6) in marks
+
+
 def test_policies_are_drawn_apart(comparison):
     mills = mill_rows(comparison.rows)
     matched = [
@@ -129,7 +221,7 @@ def test_policies_are_drawn_apart(comparison):
         if mill.name.S > 1.0
     ]
     axes = speed_figures.run_times([*mills, *matched], of_paper=False).axes[0]
-    lines = {line.get_label(): line for line in axes.lines}
+    lines = {x.get_label(): x for x in axes.lines if not x.get_label().startswith("_")}
     assert set(lines) == {
         "constant gravity",
         "constant speed",
@@ -161,7 +253,7 @@ def test_images_have_the_paper_s_numbers_in_their_captions(comparison, tmp_path,
 def test_a_sheet_that_cannot_be_drawn_is_explained(comparison, tmp_path, monkeypatch):
     from millscale.runs.untrusted import RunFolderError
 
-    def cannot(charges, angles):
+    def cannot(charges, *_):
         raise RunFolderError(charges[0].folder, "damaged", "run again")
 
     monkeypatch.setattr(report_figures, "DPI", 30)

@@ -1,15 +1,12 @@
 """Pictures of a charge."""
 
-import multiprocessing
-import os
 import shutil
-import signal
-import time
 
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
+from matplotlib.path import Path as Polygon
 from numpy.testing import assert_allclose
 
 from millscale.analysis.shapes.cross_section import liner_outline, turned
@@ -20,8 +17,14 @@ from millscale.analysis.shapes.snapshots import (
     starts_on_rising_side,
 )
 from millscale.report.ball_classes import colours_of_classes
-from millscale.report.picture_process import draw_pictures
-from millscale.report.pictures import PIXELS, liner_section
+from millscale.report.ball_picture import (
+    PIXELS,
+    VIEW,
+    WALL,
+    WALL_THICKNESS,
+    draw_pictures,
+    wall_picture,
+)
 from millscale.runs.case_folder import load_case
 from millscale.runs.dumps import Dump
 from millscale.runs.untrusted import RunFolderError
@@ -96,7 +99,7 @@ def test_picture_shows_balls_at_their_place_size_and_colour(charge_folder, tmp_p
     write_balls(folder, 5000, {1: (-0.8, 0.0), 2: (-0.2, 0.9)}, size)
     ((picture, _),) = draw_pictures(folder, [1.0], tmp_path)
     image = 255.0 * imread(picture)[..., :3]
-    scale = 0.5 * image.shape[0] / (1.06 * load_case(folder).mill.radius_m)
+    scale = 0.5 * image.shape[0] / (VIEW * load_case(folder).mill.radius_m)
     pixels = np.indices(image.shape[:2]) + 0.5 - 0.5 * image.shape[0]
     x, z = pixels[1] / scale, -pixels[0] / scale
     for centre_x, centre_z, radius, channel in ((-0.8, 0.0, 0.1, 0), (-0.2, 0.9, 0.2, 2)):
@@ -119,7 +122,7 @@ def test_balls_of_several_classes_have_the_colours_of_their_classes(classes, tmp
     ((picture, _),) = draw_pictures(folder, [1.0], tmp_path)
     image = imread(picture)[..., :3]
     case = load_case(folder)
-    scale = 0.5 * image.shape[0] / (1.06 * case.mill.radius_m)
+    scale = 0.5 * image.shape[0] / (VIEW * case.mill.radius_m)
     colours = np.array([to_rgb(colour) for colour in colours_of_classes(case.ball)])
     for i, (x, z) in places.items():
         row, column = (round(0.5 * PIXELS + scale * v) for v in (-z, x))
@@ -128,15 +131,32 @@ def test_balls_of_several_classes_have_the_colours_of_their_classes(classes, tmp
         assert apart.argmin() == i - 1
 
 
-def test_section_of_the_mesh_is_the_liner_s_outline(charge_folder):
-    section = liner_section(charge_folder / "liner.stl")
-    outline = liner_outline(load_case(charge_folder), 0.0)[:-1]
-    assert len(section) >= len(outline)
-    apart = np.abs(section[:, None] - outline[None]).max(axis=2).min(axis=0)
-    assert apart.max() < 1e-6
+def test_the_wall_is_a_band_around_the_turned_liner(charge_folder):
+    case = load_case(charge_folder)
+    picture = wall_picture(case, 0.3)
+    scale = 0.5 * PIXELS / (VIEW * case.mill.radius_m)
+    pixels = np.indices(picture.shape[:2]) + 0.5 - 0.5 * PIXELS
+    places = np.stack([pixels[1], -pixels[0]], axis=-1).reshape(-1, 2) / scale
+    band = np.hypot(*places.T) < (1.0 + WALL_THICKNESS) * case.mill.radius_m
+    band &= ~Polygon(liner_outline(case, 0.3)).contains_points(places)
+    found = picture.reshape(-1, 3).sum(axis=1) < 0.5 * (765 + sum(WALL))
+    # Only pixels on an edge may differ: the perimeter has about 5 PIXELS of them.
+    assert np.sum(found != band) < 0.25 * 5 * PIXELS
+    assert band.sum() > 10 * PIXELS
 
 
-def test_case_is_drawn_in_a_process_of_its_own(charge_folder, tmp_path):
+def test_a_ball_that_is_not_in_the_first_dump_is_named(charge_folder, tmp_path):
+    folder = shutil.copytree(
+        charge_folder, tmp_path / "case", ignore=shutil.ignore_patterns("dump")
+    )
+    (folder / "dump").mkdir()
+    write_balls(folder, 0, {1: (0.0, 0.0)}, {1: 0.1})
+    write_balls(folder, 5000, {7: (0.0, 0.0)}, {7: 0.1})
+    with pytest.raises(RunFolderError, match="ball 7 of step 5000 is not in step 0"):
+        draw_pictures(folder, [1.0], tmp_path)
+
+
+def test_the_dump_nearest_to_an_angle_is_drawn(charge_folder, tmp_path):
     ((path, angle),) = draw_pictures(charge_folder, [0.6], tmp_path)
     assert_allclose(angle, 0.5, atol=1e-3)
     assert path.read_bytes().startswith(b"\x89PNG")
@@ -144,41 +164,6 @@ def test_case_is_drawn_in_a_process_of_its_own(charge_folder, tmp_path):
     assert first_dump(charge_folder).step == 0
 
 
-def test_drawing_that_fails_has_a_cause(charge_folder, tmp_path, monkeypatch):
-    def fails(*_):
-        os.write(2, b"bad X server connection")
-        os.kill(os.getpid(), signal.SIGKILL)
-
-    monkeypatch.setattr("millscale.report.pictures.draw_all", fails)
-    cause = r"drawing failed \(exit code -9\): bad X server connection;.*libegl1"
-    with pytest.raises(RunFolderError, match=cause):
-        draw_pictures(charge_folder, [0.6], tmp_path)
-
-
-def test_a_damaged_mesh_is_named(charge_folder, tmp_path):
-    folder = tmp_path / "case"
-    shutil.copytree(charge_folder, folder)
-    (folder / "liner.stl").write_text("solid liner\nendsolid liner\n")
-    with pytest.raises(RunFolderError, match=r"exit code 1\): .*liner.stl: no triangles"):
-        draw_pictures(folder, [0.6], tmp_path)
-
-
-def test_drawing_that_hangs_is_ended(charge_folder, tmp_path, monkeypatch):
-    monkeypatch.setattr("millscale.report.picture_process.TIME_LIMIT_S", 0.2)
-    monkeypatch.setattr("millscale.report.pictures.draw_all", lambda *_: time.sleep(60.0))
-    with pytest.raises(RunFolderError, match="drawing took over"):
-        draw_pictures(charge_folder, [0.6], tmp_path)
-    assert not multiprocessing.active_children()
-
-
 def test_case_without_dumps_is_refused(folder, tmp_path):
     with pytest.raises(RunFolderError, match="no dumps"):
         draw_pictures(folder, [1.0], tmp_path)
-
-
-def test_a_mesh_that_is_a_pipe_is_refused_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "liner.stl")
-    with pytest.raises(RunFolderError, match="not a regular file"):
-        liner_section(tmp_path / "liner.stl")
-    with pytest.raises(RunFolderError, match="no such file"):
-        liner_section(tmp_path / "other.stl")

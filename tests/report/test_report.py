@@ -28,6 +28,7 @@ from millscale.report.figures import single_ball as figures
 from millscale.runs.case_digest import case_digest
 from millscale.runs.dumps import read_dump
 from millscale.runs.untrusted import RunFolderError
+from page_tables import PageTables
 from synthetic_case import record_stages
 from synthetic_result import with_result
 
@@ -103,14 +104,49 @@ def test_page_is_self_contained_and_closed(page):
 def test_page_holds_the_figures(page, built):
     captions = [image["alt"] for image in page.images]
     for scheme in ("constant gravity", "constant speed"):
-        for suffix in ("in metres", "over the mill radius R", "[J]", "over the predicted ratio"):
-            assert f"{scheme}, {suffix}" in captions
-        assert f"{scheme}: energy ratio against its prediction" in captions
-    assert captions.count("1.00 rad") == 2
+        of = f"single ball, {scheme}, policy paper, S = 1, 1.3, 2.6"
+        for begin, end in (
+            ("path", "in metres"),
+            ("path", "over R: similar paths coincide"),
+            ("energies", "in joules"),
+            ("energies", "similar curves coincide"),
+        ):
+            assert [x for x in captions if x.startswith(f"{begin} of a {of}") and x.endswith(end)]
+        ratios = f"{scheme}, S = 1, 1.3, 2.6: energy ratio"
+        assert [x for x in captions if x.startswith(ratios)]
+    # Every picture of a charge names case, balls, seed and mill angle.
+    pictures = [x for x in captions if x.endswith("at 1.00 rad")]
+    assert pictures == [
+        f"mb-{x}-paper-S2.600, 150 balls, seed 1, at 1.00 rad" for x in ("cg", "cs")
+    ]
     for image in page.images:
         assert base64.b64decode(image["src"].partition(",")[2])[8:12] == b"WEBP"
     files = {path.name for path in built.parent.iterdir()}
     assert {"fig6-constant-gravity-paper.png", "fig8-constant-speed.png"} <= files
+
+
+def test_no_column_of_a_table_is_empty_and_times_have_their_unit(built, of_another_mill):
+    for index in (built, of_another_mill):
+        tables = PageTables(index.read_text())
+        assert tables.empty_columns() == []
+        headings = [cell for head in tables.heads for row in head for cell in row]
+        timed = [x for x in headings if re.search(r"\b(time|settling|rotation|steps)\b", x)]
+        for heading in timed:
+            assert "[" in heading or heading in ("steps", "largest in rotation"), heading
+
+
+def test_columns_without_a_number_are_left_out_and_notes_stay():
+    table = (
+        "<table><thead><tr><th>a</th><th>b</th><th>c</th></tr></thead><tbody>"
+        "<tr><th>1</th><td>–</td><td><i>– / –</i></td></tr>"
+        "<tr class='x'><th>–</th><td> </td><td>0</td></tr>"
+        "<tr><td colspan='3'>a note</td></tr></tbody></table>"
+    )
+    shown = report.tables.full_columns(table)
+    assert "<th>b</th>" not in shown and shown.count("<td>") == 2
+    assert "<tr class='x'><th>–</th><td>0</td></tr>" in shown
+    assert "<tr><td colspan='3'>a note</td></tr>" in shown
+    assert report.tables.full_columns(shown) == shown
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +172,7 @@ def test_the_page_of_another_mill_does_not_speak_of_the_paper(of_another_mill, p
     captions = " ".join(image["alt"] for image in other.images)
     assert "Fig" not in captions and "Table" not in captions
     for row in (x for x in other.text.splitlines() if "2.600" in x):
-        assert "0.65 h" not in row
+        assert "0.65" not in row
 
 
 def test_the_page_of_another_mill_has_its_power_in_its_own_units(of_another_mill):
@@ -195,13 +231,13 @@ def test_page_shows_ours_beside_the_paper(page):
         "0.66",
         "0.753",
         "0.151",
-        "0.65 h",
+        "0.65",
         "3610",
         "3.77",
         "0.998",
         "0.996",
         "68",
-        "-2.08 %",
+        "-2.08",
     ):
         assert value in page.of_paper
     assert "None" not in page.text

@@ -1,13 +1,17 @@
 """Images of the report."""
 
+import base64
+from io import BytesIO
+
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from millscale.report.images import DPI, save_image
 
 
 @pytest.mark.parametrize("layout", ["constrained", "tight", None])
-def test_an_image_has_the_bytes_of_savefig(tmp_path, layout):
+def test_an_image_has_the_pixels_of_savefig(tmp_path, layout):
     def drawn():
         figure = Figure(figsize=(3.0, 2.5), layout=layout)
         upper, lower = figure.subplots(2, 1, sharex=True)
@@ -19,4 +23,7 @@ def test_an_image_has_the_bytes_of_savefig(tmp_path, layout):
 
     drawn().savefig(tmp_path / "usual.png", dpi=DPI)
     image = save_image(drawn(), tmp_path / "ours.png", "a caption")
-    assert image.path.read_bytes() == (tmp_path / "usual.png").read_bytes()
+    ours, usual = (Image.open(path).convert("RGB") for path in (image.path, tmp_path / "usual.png"))
+    assert ours.size == usual.size and ours.tobytes() == usual.tobytes()
+    with Image.open(BytesIO(base64.b64decode(image.data.partition(",")[2]))) as small:
+        assert (small.format, small.size) == ("WEBP", usual.size)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from matplotlib import rc_context
@@ -14,6 +14,7 @@ from millscale.analysis.charge.groove_flow import PHASES, pitch_masses
 from millscale.analysis.charge.measured import Measured
 from millscale.analysis.finished import Charge
 from millscale.analysis.paper import numbers as paper
+from millscale.analysis.shapes.comparison import distance_along_normal
 from millscale.analysis.shapes.cross_section import groove_box, liner_outline
 from millscale.analysis.shapes.curtain import RESOLUTION
 from millscale.analysis.shapes.mass_flow import FRAMES
@@ -25,35 +26,38 @@ DASHES = {"fixed": "-", "overlap-matched": (0, (4, 1.5))}
 DOTS = (0, (1, 1))  # a policy other than the paper's
 
 
-def looks_of(charges: Sequence[Charge]) -> dict[Charge, dict]:
+def looks_of(charges: Sequence[Charge], references: Collection[Charge] = ()) -> dict[Charge, dict]:
     """Return the line style of each charge: colour by S, black at S = 1, dashes for a matched E,
-    dots for a policy other than the paper's, long dashes for a second state of the liner."""
+    dots for a policy other than the paper's, long dashes for a second state of the liner. Physical
+    mills and references are thicker and on top."""
     shades, states = shade_of_each_S(charges), dashes_of_states(charges)
+    on_top = {c: c.is_physical or (len(charges) > 1 and c in references) for c in charges}
     return {
         charge: {
             "color": shades[charge.S],
-            "lw": 1.8 if charge.is_physical else 1.2,
+            "lw": 1.8 if on_top[charge] else 1.2,
             "ls": states.get(
                 charge.state, DASHES[charge.stiffness] if charge.policy == "paper" else DOTS
             ),
-            "zorder": 4 if charge.is_physical else 3,  # the reference on top
+            "zorder": 4 if on_top[charge] else 3,
         }
         for charge in charges
     }
 
 
-def contours(measured: Measured, charges: Sequence[Charge]) -> Figure:
+def contours(
+    measured: Measured, charges: Sequence[Charge], references: Collection[Charge] = ()
+) -> Figure:
     """Return the surface contours at the mill angles kept, over R - a (Fig. 11).
 
     Args:
         charges: which to draw, one seed of each scaled mill.
+        references: what they are compared with, drawn on top.
     """
-    look = looks_of(charges)
-    angles = sorted(measured.shapes)
+    look = looks_of(charges, references)
     with rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 7.9), layout="constrained")
-        panels = figure.subplots(2, 2, squeeze=False, sharex=True, sharey=True).flat
-        for axes, angle in zip(panels, angles, strict=False):
+        figure, panels = _panels_of_angles(sorted(measured.shapes), 3.8, 3.7)
+        for angle, axes in panels.items():
             shapes = measured.shapes[angle]
             drawn = [charge for charge in charges if charge in shapes]
             for charge in {charge.state: charge for charge in drawn[::-1]}.values():
@@ -62,19 +66,71 @@ def contours(measured: Measured, charges: Sequence[Charge]) -> Figure:
                 for i, line in enumerate(shapes[charge].contour.lines):
                     label = None if i else charge.label
                     axes.plot(*line.T, **look[charge], label=label)
-            axes.set_title(f"{angle:.4g} rad", fontsize=9.5)
-        for axes in list(panels)[len(angles) :]:
-            axes.set_visible(False)
         _share_legend(figure)
         figure.supxlabel("x / (R - a)", fontsize=9.5)
         figure.supylabel("z / (R - a)", fontsize=9.5)
     return figure
 
 
-def curtain_profiles(measured: Measured, charges: Sequence[Charge]) -> Figure:
+def contour_differences(
+    measured: Measured, charges: Sequence[Charge], references: Mapping[Charge, Charge]
+) -> Figure | None:
+    """Return how far each surface lies from that of its reference, along the normal of the
+    reference, at the mill angles kept; None without a charge that has another as reference.
+
+    Args:
+        charges: which to draw, one seed of each scaled mill.
+        references: what each charge is compared with.
+    """
+    look = looks_of(charges, references.values())
+    curves = {
+        angle: {
+            charge: distance_along_normal(reference.contour.lines, shapes[charge].contour.lines)
+            for charge in charges
+            if charge in shapes
+            and references[charge] is not charge
+            and (reference := shapes.get(references[charge]))
+            and reference.contour.lines
+        }
+        for angle, shapes in sorted(measured.shapes.items())
+    }
+    angles = [angle for angle, found in curves.items() if found]
+    if not angles:
+        return None
+    with rc_context(STYLE):
+        figure, panels = _panels_of_angles(angles, 3.8, 2.4)
+        for angle, axes in panels.items():
+            axes.axhline(0.0, color="#000", lw=0.8, zorder=4)
+            for charge, (along, distance) in curves[angle].items():
+                axes.plot(along, 100.0 * distance, **look[charge], label=charge.label)
+        _share_legend(figure)
+        figure.supxlabel("along the surface from the toe / (R - a)", fontsize=9.5)
+        figure.supylabel("distance from the reference [% of R - a]", fontsize=9.5)
+    return figure
+
+
+def _panels_of_angles(
+    angles: Sequence[float], width: float, height: float
+) -> tuple[Figure, dict[float, Axes]]:
+    """Return a figure with a panel of this size [inch] for each mill angle, two in a row."""
+    columns = min(len(angles), 2)
+    rows = -(-len(angles) // columns)
+    size = (width * columns, height * rows + 0.5)
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    for axes in grid[len(angles) :]:
+        axes.remove()
+    for axes, angle in zip(grid, angles, strict=False):
+        axes.set_title(f"{angle:.4g} rad", fontsize=9.5)
+    return figure, dict(zip(angles, grid, strict=False))
+
+
+def curtain_profiles(
+    measured: Measured, charges: Sequence[Charge], references: Collection[Charge] = ()
+) -> Figure:
     """Return the profiles of the paper's curtains at the last mill angle (Fig. 12), with the balls
     of the first charge."""
-    look, shapes = looks_of(charges), measured.shapes[measured.last_angle]
+    look, shapes = looks_of(charges, references), measured.shapes[measured.last_angle]
     known = [c for c in charges if c in shapes and shapes[c].curtains is not None]
     nodes = Grid(RESOLUTION).nodes
     with rc_context(STYLE):
@@ -87,7 +143,7 @@ def curtain_profiles(measured: Measured, charges: Sequence[Charge]) -> Figure:
                 continue
             _outline(axes, shapes[drawn[0]])
             balls = shapes[drawn[0]].curtains[number].centres
-            axes.plot(*balls.T, ".", ms=2, color="#999", zorder=1, label=f"balls, {drawn[0].label}")
+            axes.plot(*balls.T, ".", ms=2, color="#888", zorder=1, label=f"balls, {drawn[0].label}")
             for charge in drawn:
                 style = look[charge]
                 region = shapes[charge].curtains[number].region.astype(float)
@@ -99,6 +155,7 @@ def curtain_profiles(measured: Measured, charges: Sequence[Charge]) -> Figure:
                     colors=[style["color"]],
                     linewidths=style["lw"],
                     linestyles=[style["ls"]],
+                    zorder=style["zorder"],
                 )
                 axes.plot([], [], **style, label=charge.label)
             _frame_regions(axes, [shapes[c].curtains[number].region for c in drawn], nodes)
@@ -173,7 +230,7 @@ def monitoring_box(charge: Charge) -> Figure:
 
 
 def _outline(axes: Axes, shape: Shape) -> None:
-    axes.plot(*shape.outline.T, color="#999", lw=0.6, zorder=1)
+    axes.plot(*shape.outline.T, color="#888", lw=0.6, zorder=1)
     axes.set_aspect("equal")
 
 

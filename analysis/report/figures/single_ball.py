@@ -17,6 +17,7 @@ from millscale.analysis.single_ball.comparison import SingleBallRow, by_policy
 from millscale.report.figures.style import STYLE, colour_of_S
 from millscale.runs.series import Series
 
+LEGEND_COLUMNS = 3
 POLICY_MARKS = {
     "paper": ("o", "#1f6fb4"),
     "corrected": ("s", "#d1711b"),
@@ -41,7 +42,7 @@ def trajectories(balls: Sequence[SingleBall], over_radius: bool = False) -> Figu
         over_radius: divide by each mill's radius, so that similar paths coincide.
     """
     with rc_context(STYLE):
-        figure = Figure(figsize=(4.8, 5.0), layout="constrained")
+        figure = Figure(figsize=(4.8, 5.0))
         axes = figure.add_subplot()
         for ball in balls:
             unit = ball.case.mill.radius_m if over_radius else 1.0
@@ -49,7 +50,8 @@ def trajectories(balls: Sequence[SingleBall], over_radius: bool = False) -> Figu
         axes.set_aspect("equal")
         unit_name = "/ R" if over_radius else "[m]"
         axes.set(xlabel=f"x {unit_name}", ylabel=f"z {unit_name}")
-        figure.legend(loc="outside lower center", ncols=3)
+        figure.legend(loc="lower center", ncols=LEGEND_COLUMNS)
+        _set_margins(figure, bottom=0.5 + _legend_height(balls))
     return figure
 
 
@@ -63,7 +65,7 @@ def energy_curves(balls: Sequence[SingleBall], over_prediction: bool = False) ->
         over_prediction: divide by the predicted energy ratio, so that similar curves coincide.
     """
     with rc_context(STYLE):
-        figure = Figure(figsize=(5.2, 5.2), layout="constrained")
+        figure = Figure(figsize=(5.2, 5.2))
         upper, lower = figure.subplots(2, 1, sharex=True)
         for ball in balls:
             colour = colour_of_S(ball.S)
@@ -77,8 +79,23 @@ def energy_curves(balls: Sequence[SingleBall], over_prediction: bool = False) ->
         unit = "/ predicted ratio [J]" if over_prediction else "energy [J]"
         upper.set_ylabel(f"kinetic {unit}")
         lower.set(xlabel="mill rotation angle [rad]", ylabel=f"potential {unit}")
-        figure.legend(loc="outside upper center", ncols=3)
+        figure.legend(loc="upper center", ncols=LEGEND_COLUMNS)
+        _set_margins(figure, top=0.1 + _legend_height(balls))
     return figure
+
+
+def _legend_height(balls: Sequence[SingleBall]) -> float:
+    """Return the height of a legend of balls [inch]."""
+    return 0.15 + 0.19 * -(-len(balls) // LEGEND_COLUMNS)
+
+
+def _set_margins(figure: Figure, top: float = 0.12, bottom: float = 0.5) -> None:
+    """Set margins [inch]. They are known for these figures; to compute them takes longer than to
+    draw the figure."""
+    width, height = figure.get_size_inches()
+    figure.subplots_adjust(
+        left=0.75 / width, right=1.0 - 0.12 / width, top=1.0 - top / height, bottom=bottom / height
+    )
 
 
 def energy_ratios(scheme: str, rows: Sequence[SingleBallRow], of_paper: bool = True) -> Figure:
@@ -93,8 +110,8 @@ def energy_ratios(scheme: str, rows: Sequence[SingleBallRow], of_paper: bool = T
     with rc_context(STYLE):
         figure = Figure(figsize=(4.8, 5.4), layout="constrained")
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        upper.plot([0, 1], [0, 1], color="#999", lw=1, zorder=1)
-        lower.axhline(0.0, color="#999", lw=1, zorder=1)
+        upper.plot([0, 1], [0, 1], color="#888", lw=1, zorder=1)
+        lower.axhline(0.0, color="#888", lw=1, zorder=1)
         order = list(POLICY_MARKS)
         for variant, known in sorted(
             (
@@ -153,7 +170,7 @@ def _trajectory(axes: Axes, ball: SingleBall, colour, unit: float) -> None:
     throws = ball.result.throws
     turned_by = throws[0].mill_angle_rad if throws else 0.0
     outline = liner_outline(ball.case, turned_by) / unit
-    axes.plot(*outline.T, color=colour, lw=0.6, alpha=0.45, zorder=1)
+    axes.plot(*outline.T, color=colour, lw=0.4, zorder=1)
     if throws:
         flight_x, _, flight_z = throws[0].position_m
         axes.plot(flight_x / unit, flight_z / unit, "o", color=colour, ms=4.5, zorder=4)

@@ -14,18 +14,17 @@ from millscale.analysis.charge.scaled_mills import MillName
 from millscale.analysis.charge.speed_error import SHOWN, MillRow
 from millscale.analysis.measures import ErrorColumn
 from millscale.analysis.paper import numbers as paper
-from millscale.report.figures.style import STYLE, plain_log_ticks
+from millscale.report.figures.style import STYLE, colour_of_S, plain_log_ticks
 
-# Colour-blind safe (Okabe and Ito); the mark differs as well.
-LOOKS = {
-    ("constant-gravity", "fixed"): {"marker": "o", "color": "#0072b2"},
-    ("constant-gravity", "overlap-matched"): {"marker": "D", "color": "#56b4e9"},
-    ("constant-speed", "fixed"): {"marker": "s", "color": "#d55e00"},
-    ("constant-speed", "overlap-matched"): {"marker": "^", "color": "#e69f00"},
+# By scheme and stiffness; the colour is that of S, as in every figure.
+MARKS = {
+    ("constant-gravity", "fixed"): "o",
+    ("constant-gravity", "overlap-matched"): "D",
+    ("constant-speed", "fixed"): "s",
+    ("constant-speed", "overlap-matched"): "^",
 }
-OTHER_LOOK = {"marker": "v", "color": "#009e73"}
-# Policies other than the paper's are hollow.
-HOLLOW = {"mfc": "white"}
+OTHER_MARK = "v"
+NEUTRAL = "#444"
 
 
 def speed_against_error(mills: Sequence[MillRow]) -> Figure:
@@ -75,13 +74,17 @@ def run_times(mills: Sequence[MillRow], of_paper: bool = True) -> Figure:
         for key, group in _by_look(mills).items():
             points = sorted((mill.balls, mill.time_s / 3600.0) for mill in group)
             axes.plot(*zip(*points, strict=True), ls="-", lw=0.8, label=_name(key), **_look(key))
+            for mill in group:
+                axes.plot(
+                    mill.balls, mill.time_s / 3600.0, ls="none", **_look(mill.name, mill.name.S)
+                )
         if of_paper:
             reported = paper.table("table10_wall_time")
             axes.plot(
                 [row["particles"] for row in reported],
                 [row["elapsed_h"] for row in reported],
                 "x--",
-                color="#444",
+                color=NEUTRAL,
                 lw=0.8,
                 label="the paper, 20 s",
             )
@@ -106,6 +109,7 @@ def _error_panel(axes: Axes, mills: Sequence[MillRow], error: ErrorColumn) -> No
             time, values, bars, ls="none", ms=5.5, capsize=3, label=_name(key), **_look(key)
         )
         for mill, x, y in zip(group, time, values, strict=True):
+            axes.plot(x, y, ls="none", ms=5.5, **_look(mill.name, mill.name.S))
             axes.annotate(
                 f"{mill.name.S:.4g}", (x, y), xytext=(5, 4), textcoords="offset points",
                 fontsize=7.5,
@@ -124,9 +128,13 @@ def _by_look(mills: Sequence[MillRow]) -> dict[MillName, list[MillRow]]:
     return groups
 
 
-def _look(name: MillName) -> dict[str, Any]:
-    look = LOOKS.get((name.scheme, name.stiffness), OTHER_LOOK)
-    return look if name.policy == "paper" else look | HOLLOW
+def _look(name: MillName, S: float | None = None) -> dict[str, Any]:
+    """Return mark and colour: of an S, or of a legend of all S. Policies other than the paper's are
+    hollow."""
+    colour = NEUTRAL if S is None else colour_of_S(S)
+    hollow = {} if name.policy == "paper" else {"mfc": "white"}
+    mark = MARKS.get((name.scheme, name.stiffness), OTHER_MARK)
+    return {"marker": mark, "color": colour, "zorder": 3} | hollow
 
 
 def _name(name: MillName) -> str:

@@ -38,6 +38,9 @@ class RunFolderError(ValueError):
         self.path, self.cause, self.remedy = Path(path), one_line(cause), remedy
         super().__init__(one_line(f"{path}: {self.cause}; {remedy}"))
 
+    def __reduce__(self) -> tuple:
+        return RunFolderError, (self.path, self.cause, self.remedy)
+
 
 def open_regular(path: Path, follow: bool = False) -> BufferedReader:
     """Open a regular file for reading, without waiting for a pipe or touching a device.

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from millscale.analysis.shapes.comparison import SPACING, curve_distances, overlap
+from millscale.analysis.shapes.comparison import (
+    FARTHEST,
+    HALF_CHORD,
+    SPACING,
+    curve_distances,
+    distance_along_normal,
+    overlap,
+)
 
 
 def naive_distances(first, second):
@@ -73,3 +80,44 @@ def test_overlap_is_shared_over_covered():
     upper[:3] = True
     assert overlap(a, b, upper) == 10 / 30
     assert overlap(a & False, b & False) is None
+
+
+def arc(radius, begin=0.0, end=np.pi, points=400):
+    """An arc about the origin, counter-clockwise from the right; the air is inside it."""
+    turn = np.linspace(np.pi + begin, np.pi + end, points)[::-1]
+    return radius * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+@pytest.mark.parametrize("turned_round", [False, True])
+def test_distance_along_the_normal_of_arcs_is_that_of_their_radii(turned_round):
+    other = arc(0.9)[::-1] if turned_round else arc(0.9)
+    along, distance = distance_along_normal([arc(1.0)], [other])
+    inner = (along > HALF_CHORD) & (along < along[-1] - HALF_CHORD)
+    # Both are polygons of 400 points: off their arcs by radius (pi / 400)^2 / 8 at most.
+    assert_allclose(distance[inner], 0.1, atol=1e-4)
+    assert_allclose(along[-1], np.pi, atol=1e-4)
+    _, back = distance_along_normal([arc(0.9)], [arc(1.0)])
+    assert_allclose(back[20:-20], -0.1, atol=1e-4)
+
+
+def test_distance_along_the_normal_begins_at_the_toe_and_the_longest_line_counts():
+    line = np.array([[-1.0, 1.0], [1.0, -1.0]])
+    lifted = np.array([[-1.0, 1.0], [0.0, 0.0], [0.5, -0.3], [1.0, -0.8]])
+    along, distance = distance_along_normal([line * 0.1, line], [lifted])
+    assert_allclose(along[-1], np.hypot(2.0, 2.0))
+    # The lifted half is that of the toe; its kink lies 0.2 / sqrt(2) above the reference.
+    assert_allclose(np.nanmax(distance), 0.2 / np.sqrt(2.0), atol=2e-3)
+    assert along[np.nanargmax(distance)] < 0.5 * along[-1]
+    assert_allclose(distance[along > 0.55 * along[-1]], 0.0, atol=1e-12)
+
+
+def test_no_distance_where_the_other_surface_is_absent_or_far():
+    line = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    part = np.array([[0.2, 0.05], [-0.2, 0.05]])
+    along, distance = distance_along_normal([line], [part, line + np.array([0.0, FARTHEST + 0.01])])
+    near = np.abs(1.0 - along) < 0.19
+    assert_allclose(distance[near], 0.05, atol=1e-12)
+    assert np.isnan(distance[np.abs(1.0 - along) > 0.21]).all()
+    assert np.isnan(distance_along_normal([line], [])[1]).all()
+    with pytest.raises(ValueError, match="no normal"):
+        distance_along_normal([], [line])
