@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any, TypeVar
 
-T, R = TypeVar("T"), TypeVar("R")
+T = TypeVar("T")
+R = TypeVar("R")
 
 # What the forked processes do: they inherit it, so it need not be copied.
 _work: tuple[Callable[[Any], Any], Sequence[Any]] | None = None

@@ -19,8 +19,8 @@ from millscale.analysis.finished import Charge, SingleBall
 from millscale.analysis.finished_campaign import Campaign
 from millscale.analysis.forked import forked
 from millscale.analysis.single_ball import comparison
-from millscale.report.ball_picture import draw_pictures
 from millscale.report.captions import charges_of, scales_of, words
+from millscale.report.charge_pictures import draw_pictures
 from millscale.report.figures import charge as charge_figures
 from millscale.report.figures import single_ball as figures
 from millscale.report.figures.energy_budget import energy_budget_figure

@@ -20,6 +20,7 @@ from matplotlib.colors import to_hex
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.cross_section import liner_outline
@@ -93,8 +94,23 @@ def _panel(axes: Axes) -> dict[str, Any]:
         "x": _axis(axes, "x"),
         "y": _axis(axes, "y"),
         "equal": axes.get_aspect() == 1.0,
+        "bands": _bands(axes),
         "lines": [line for line in lines if line],
     }
+
+
+def _bands(axes: Axes) -> list[dict[str, Any]]:
+    """Return the bands of `axvspan` that have a name, from bottom to top of a panel."""
+    found = []
+    for patch in axes.patches:
+        if patch.get_gid():
+            ends = patch.get_path().vertices[:, 0]
+            if isinstance(patch, Rectangle):
+                ends = np.array([patch.get_x(), patch.get_x() + patch.get_width()])
+            begin, end = _rounded(np.array([ends.min(), ends.max()]))
+            colour = to_hex(patch.get_facecolor())
+            found.append({"name": patch.get_gid(), "x0": begin, "x1": end, "color": colour})
+    return found
 
 
 def _axis(axes: Axes, name: str) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from millscale.analysis.several_campaigns import load_charges
 from millscale.analysis.shapes.velocity_field import VelocityField
 from millscale.report import comparison_images as drawing
 from millscale.report import images as report_figures
-from millscale.report.ball_picture import FALLING, ball_picture, colours_by_side
 from millscale.report.comparison_images import by_scheme, comparison_images
 from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
+from millscale.report.figures.ball_picture import FALLING, ball_picture, colours_by_side
 from millscale.report.figures.snapshot_sheet import VIEW, snapshot_sheet
 from millscale.report.figures.style import colour_of_S
 from millscale.runs.dumps import Dump

@@ -42,6 +42,16 @@ def test_a_chart_holds_the_lines_and_axes_of_its_figure():
     assert other["lines"][0]["mode"] == "markers" and other["x"]["log"]
 
 
+def test_named_bands_are_part_of_a_chart():
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0.0, 4.0], [1.0, 2.0])
+    axes.axvspan(1.0, 2.5, color="#f3e3e0", lw=0).set_gid("II")
+    axes.axvspan(3.0, 4.0, color="#000000")  # without a name
+    (panel,) = chart_of(figure)["panels"]
+    assert panel["bands"] == [{"name": "II", "x0": 1.0, "x1": 2.5, "color": "#f3e3e0"}]
+
+
 def test_bars_and_pictures_stay_images():
     figure = Figure()
     figure.subplots().bar([1, 2], [3, 4])

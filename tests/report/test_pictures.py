@@ -17,12 +17,12 @@ from millscale.analysis.shapes.snapshots import (
     starts_on_rising_side,
 )
 from millscale.report.ball_classes import colours_of_classes
-from millscale.report.ball_picture import (
+from millscale.report.charge_pictures import draw_pictures
+from millscale.report.figures.ball_picture import (
     PIXELS,
     VIEW,
     WALL,
     WALL_THICKNESS,
-    draw_pictures,
     wall_picture,
 )
 from millscale.runs.case_folder import load_case

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from millscale.analysis.charge.groove_flow import PHASES, pitch_masses
 from millscale.analysis.charge.measured import Measured
@@ -224,7 +223,8 @@ def monitoring_box(charge: Charge) -> Figure:
         axes.plot(*(liner_outline(charge.case, 0.0) / radius).T, color="#555", lw=0.9)
         box = groove_box(charge.case)
         if box is not None:
-            axes.add_patch(Polygon(box / radius, facecolor="#e8a25e", edgecolor="#8a4508"))
+            axes.fill(*(box / radius).T, color="#e8a25e")
+            axes.plot(*(box / radius).T, color="#8a4508", label="monitoring box")
         axes.set(aspect="equal", xlabel="x / R", ylabel="z / R")
     return figure
 

@@ -198,7 +198,8 @@ def _mark_regions(all_axes: Sequence[Axes], ball: SingleBall) -> None:
     ends = [begin for _, begin in known[1:]] + [end]
     for axes in all_axes:
         for (name, begin), stop in zip(known, ends, strict=True):
-            axes.axvspan(begin, stop, color=_REGION_COLOURS[name], lw=0, zorder=0)
+            band = axes.axvspan(begin, stop, color=_REGION_COLOURS[name], lw=0, zorder=0)
+            band.set_gid(name)
     for (name, begin), stop in zip(known, ends, strict=True):
         if stop - begin > 0.02 * end:
             where = (0.5 * (begin + stop), 0.98)

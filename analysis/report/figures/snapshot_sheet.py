@@ -17,7 +17,7 @@ from millscale.analysis.shapes.occupancy import OCCUPANCY, PolarCells, read_occu
 from millscale.analysis.shapes.shape import SAME_ANGLE, unit_length
 from millscale.analysis.shapes.snapshots import first_dump, snapshots_near, starts_on_rising_side
 from millscale.analysis.shapes.velocity_field import VelocityField
-from millscale.report.ball_picture import ball_picture, colours_by_side
+from millscale.report.figures.ball_picture import ball_picture, colours_by_side
 from millscale.report.figures.style import STYLE
 from millscale.runs.dumps import read_dump
 from millscale.runs.untrusted import RunFolderError
@@ -99,7 +99,7 @@ def _draw_fields(
 ) -> None:
     """Draw the field of each charge into its panel of a column, the scale of colours below."""
     top = max(float(np.nanpercentile(values, 99.5)) for values, _ in field.pictures.values())
-    image = None
+    image: Any = None
     for axes, charge in zip(column, charges, strict=True):
         outline = liner_outline(charge.case, 0.0) / charge.case.mill.radius_m
         axes.plot(*outline.T, color="#555", lw=0.6)

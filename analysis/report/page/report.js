@@ -42,9 +42,10 @@
       legend: { orientation: "h", y: -50 / (height - 70 - legend), yanchor: "top" },
       annotations: [], shapes: [],
     };
+    layout.shapes = bandsOf(chart);
     chart.panels.forEach((panel, i) => {
       const n = i ? i + 1 : "", column = i % columns, line = Math.floor(i / columns);
-      const gapX = columns > 1 ? 0.1 : 0, gapY = rows > 1 ? 62 / height : 0;
+      const gapX = columns > 1 ? 0.1 : 0, gapY = rows > 1 ? (panel.title ? 84 : 62) / height : 0;
       const w = (1 - gapX * (columns - 1)) / columns, h = (1 - gapY * (rows - 1)) / rows;
       const x0 = column * (w + gapX), y0 = 1 - line * (h + gapY) - h;
       const axis = (a) => ({
@@ -77,9 +78,14 @@
   }
 
   const overAngle = (chart) => chart.panels.some((p) => p.x.title.startsWith("mill rotation angle"));
-  const rule = (chart) => chart.panels.map((_, i) => ({ type: "line", x0: angle, x1: angle, y0: 0,
-    y1: 1, xref: "x" + (i ? i + 1 : ""), yref: "y" + (i ? i + 1 : "") + " domain",
-    line: { color: "#b3261e", width: 1.5 } }));
+  const across = (i, x0, x1, rest) => ({ x0, x1, y0: 0, y1: 1, xref: "x" + (i ? i + 1 : ""),
+    yref: "y" + (i ? i + 1 : "") + " domain", ...rest });
+  const bandsOf = (chart) => chart.panels.flatMap((panel, i) => panel.bands.map((band) =>
+    across(i, band.x0, band.x1, { type: "rect", layer: "below", fillcolor: band.color,
+      line: { width: 0 }, label: { text: band.name, textposition: "top center" } })));
+  // The mill angle of the views, as a line in every panel.
+  const rule = (chart) => [...bandsOf(chart), ...chart.panels.map((_, i) =>
+    across(i, angle, angle, { type: "line", line: { color: "#b3261e", width: 1.5 } }))];
 
   function drawChart(figure) {
     const chart = charts[figure.dataset.chart];

@@ -168,7 +168,7 @@ def pictures(
 
     Example: `millscale analyse pictures runs/quick/cases/mb-cg-paper-S2.600 --angle 1.5 --to .`
     """
-    from millscale.report.ball_picture import draw_pictures
+    from millscale.report.charge_pictures import draw_pictures
 
     to.mkdir(parents=True, exist_ok=True)
     for path, mill_angle in draw_pictures(folder, angle, to):

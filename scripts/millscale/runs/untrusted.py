@@ -38,7 +38,7 @@ class RunFolderError(ValueError):
         self.path, self.cause, self.remedy = Path(path), one_line(cause), remedy
         super().__init__(one_line(f"{path}: {self.cause}; {remedy}"))
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         return RunFolderError, (self.path, self.cause, self.remedy)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of a charge along the mill axis, after Figs. 9 and 10.
+"""A view of balls and liner along the mill axis.
 
 Balls are drawn into an array of pixels, so that 231,461 of them take part of a second and no
 graphics library is needed.
@@ -6,26 +6,12 @@ graphics library is needed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-
 import numpy as np
-from matplotlib.colors import to_rgb
 from PIL import Image, ImageDraw
 
 from millscale.analysis.shapes.cross_section import liner_outline
-from millscale.analysis.shapes.snapshots import (
-    class_of_each,
-    first_dump,
-    snapshots_near,
-    starts_on_rising_side,
-)
-from millscale.report.ball_classes import colours_of_classes
 from millscale.runs.case_file import Case
-from millscale.runs.case_folder import load_case
-from millscale.runs.dumps import Dump, read_dump
-from millscale.runs.untrusted import RunFolderError
-from millscale.runs.writing import writing_by_name
+from millscale.runs.dumps import Dump
 
 RISING, FALLING = (200, 50, 43), (36, 88, 179)  # red and blue by the starting side, x < 0, x >= 0
 WALL = (122, 130, 139)
@@ -34,48 +20,6 @@ VIEW = 1.06  # half width of a picture over R
 PIXELS = 600
 SMOOTH = 3  # pixels along each side of the wall's pixel
 DARKEST = 0.45  # of a ball's colour, at its rim
-
-
-def draw_pictures(folder: Path, mill_angles: Sequence[float], to: Path) -> list[tuple[Path, float]]:
-    """Draw a case near mill angles [rad]; returns each picture with its mill angle.
-
-    Balls are coloured by class, or by their starting side if all are of one class.
-
-    Args:
-        to: folder of the pictures, <case>-<angle in mrad>.png.
-
-    Raises:
-        RunFolderError: files are missing or damaged.
-    """
-    case, first = load_case(folder), first_dump(folder)
-    drawn = []
-    for snapshot in snapshots_near(folder, mill_angles):
-        dump = read_dump(snapshot.path)
-        try:
-            colours = colours_of_balls(dump, first, case)
-        except ValueError as error:
-            raise RunFolderError(snapshot.path, str(error), "run the case again") from None
-        wall = wall_picture(case, snapshot.mill_angle)
-        picture = ball_picture(dump, colours, case.mill.radius_m, wall)
-        path = to / f"{folder.name}-{1e3 * snapshot.mill_angle:05.0f}.png"
-        with writing_by_name(path) as part:
-            Image.fromarray(picture).save(part, "PNG")
-        drawn.append((path, snapshot.mill_angle))
-    return drawn
-
-
-def colours_of_balls(dump: Dump, first: Dump, case: Case) -> np.ndarray:
-    """Return the colour of each ball, (n, 3) uint8: of its class, or of its starting side if all
-    balls are of one class.
-
-    Raises:
-        ValueError: a ball is of no class, or not in the first dump.
-    """
-    if case.ball.classes:
-        colours = [to_rgb(colour) for colour in colours_of_classes(case.ball)]
-        kinds = class_of_each(dump, len(case.ball.classes))
-        return np.round(255.0 * np.array(colours)).astype(np.uint8)[kinds]
-    return colours_by_side(starts_on_rising_side(dump, first))
 
 
 def colours_by_side(rising: np.ndarray) -> np.ndarray:
