@@ -103,11 +103,9 @@ def _bands(axes: Axes) -> list[dict[str, Any]]:
     """Return the bands of `axvspan` that have a name, from bottom to top of a panel."""
     found = []
     for patch in axes.patches:
-        if patch.get_gid():
-            ends = patch.get_path().vertices[:, 0]
-            if isinstance(patch, Rectangle):
-                ends = np.array([patch.get_x(), patch.get_x() + patch.get_width()])
-            begin, end = _rounded(np.array([ends.min(), ends.max()]))
+        if patch.get_gid() and isinstance(patch, Rectangle):
+            ends = np.array([patch.get_x(), patch.get_x() + patch.get_width()])
+            begin, end = _rounded(ends)
             colour = to_hex(patch.get_facecolor())
             found.append({"name": patch.get_gid(), "x0": begin, "x1": end, "color": colour})
     return found
