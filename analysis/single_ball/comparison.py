@@ -237,7 +237,8 @@ def single_ball_rows(balls: Iterable[SingleBall]) -> list[SingleBallRow]:
     windows = common_windows(ordered)
     throws = {ball: _first_throw(ball, windows.get(ball.scheme)) for ball in ordered}
     changes = {ball: _changes(ball, windows.get(ball.scheme)) for ball in ordered}
-    return [_row(ball, throws[ball], changes) for ball in ordered]
+    physical = [ball for ball in ordered if ball.is_physical]
+    return [_row(ball, throws[ball], changes, _reference(ball, physical)) for ball in ordered]
 
 
 def by_policy(entries: Sequence[M]) -> dict[tuple[str, str], list[M]]:
@@ -274,9 +275,11 @@ def regression_line(predicted: Sequence[float], ratio: Sequence[float]) -> Line:
 
 
 def _row(
-    ball: SingleBall, throw: FirstThrow, changes: dict[SingleBall, dict[EnergyWindow, float | None]]
+    ball: SingleBall,
+    throw: FirstThrow,
+    changes: dict[SingleBall, dict[EnergyWindow, float | None]],
+    reference: SingleBall | None,
 ) -> SingleBallRow:
-    reference = _reference(ball, list(changes))
     of_paper = paper.is_papers_mill(ball.case)
     energies = {
         window: _ratio(change, reference and changes[reference][window], ball)
@@ -286,11 +289,11 @@ def _row(
     return SingleBallRow(ball, reference and reference.id, throw, energies, reported)
 
 
-def _reference(ball: SingleBall, balls: Sequence[SingleBall]) -> SingleBall | None:
-    alike = [x for x in balls if (x.scheme, x.state) == (ball.scheme, ball.state)]
-    physical = [other for other in alike if other.is_physical]
-    same_policy = [other for other in physical if other.policy == ball.policy]
-    return next(iter(same_policy + physical), None)
+def _reference(ball: SingleBall, physical: Sequence[SingleBall]) -> SingleBall | None:
+    """Return which of the balls at S = 1 a ball is compared with."""
+    alike = [x for x in physical if (x.scheme, x.state) == (ball.scheme, ball.state)]
+    same_policy = [other for other in alike if other.policy == ball.policy]
+    return next(iter(same_policy + alike), None)
 
 
 def _ratio(change: float | None, reference: float | None, ball: SingleBall) -> EnergyRatio:

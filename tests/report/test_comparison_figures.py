@@ -99,7 +99,7 @@ def test_mean_fields_stand_right_of_the_snapshots(throws, tmp_path):
     balls = 5.0 * np.ones((55, 55))
     velocity = VelocityField(edges, balls, balls, np.stack([0.0 * balls, 5.0 * rising]))
     figure = snapshot_sheet(charges, [0.5, 1.0], {charges[0]: velocity})
-    *panels, _, _ = figure.axes  # last the scales of colours
+    panels = figure.axes
     assert len(panels) == 8
     titles = [axes.get_title() for axes in panels[:4]]
     assert titles == ["0.5 rad", "1 rad", "mean", "mean velocity"]

@@ -67,7 +67,6 @@ def snapshot_sheet(
         rows = figure.subplots(len(charges), columns, squeeze=False)
         for axes in rows.flat:
             axes.set(xticks=[], yticks=[], aspect="equal", xlim=(-VIEW, VIEW), ylim=(-VIEW, VIEW))
-            axes.set_anchor("N")
             axes.spines[:].set_visible(False)
             axes.grid(False)
         for row, charge in zip(rows, charges, strict=True):
@@ -88,7 +87,7 @@ def _mean_fields(
     arrows = {c: field for c, field in velocities.items() if c in charges}
     speeds = {c: (field.speed, field.edges[-1] * _unit(c)) for c, field in arrows.items()}
     found = [
-        _Fields("mean", "solid fraction", "cividis", fractions, {}),
+        _Fields("mean", "solid fraction", "Blues", fractions, {}),
         _Fields("mean velocity", "speed / ωR", "viridis", speeds, arrows),
     ]
     return [field for field in found if field.pictures]
@@ -115,7 +114,8 @@ def _draw_fields(
         if charge in field.arrows:
             _draw_arrows(axes, field.arrows[charge], _unit(charge))
     column[0].set_title(field.title, fontsize=9.5)
-    figure.colorbar(image, ax=list(column), location="bottom", label=field.label, pad=0.02)
+    scale = column[-1].inset_axes([0.05, -0.12, 0.9, 0.05])
+    figure.colorbar(image, cax=scale, orientation="horizontal", label=field.label)
 
 
 def _draw_arrows(axes: Any, field: VelocityField, unit: float) -> None:
