@@ -145,13 +145,13 @@ def _line(line: Line2D, axes: Axes) -> dict[str, Any] | None:
 
 
 def _contours(found: ContourSet) -> list[dict[str, Any]]:
-    colour = to_hex(found.get_edgecolor()[0])
+    colour, name = to_hex(found.get_edgecolor()[0]), found.get_gid() or ""
     lines = []
     for path in found.get_paths():
         for polygon in path.to_polygons(closed_only=False):
             x, y = np.asarray(polygon, float).T
             lines.append(
-                {"x": _rounded(x), "y": _rounded(y), "name": "", "color": colour, "dash": "solid",
+                {"x": _rounded(x), "y": _rounded(y), "name": name, "color": colour, "dash": "solid",
                  "width": 1.5, "mode": "lines", "symbol": "circle", "size": 4.0}
             )  # fmt: skip
     return lines

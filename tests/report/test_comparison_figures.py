@@ -22,6 +22,7 @@ from millscale.report.figures import speed as speed_figures
 from millscale.report.figures.ball_picture import FALLING, ball_picture, colours_by_side
 from millscale.report.figures.snapshot_sheet import VIEW, snapshot_sheet
 from millscale.report.figures.style import colour_of_S
+from millscale.report.interactive import chart_of
 from millscale.runs.dumps import Dump
 from synthetic_result import with_case
 from synthetic_throw import DROP
@@ -136,6 +137,8 @@ def test_the_reference_lies_on_top_whatever_its_S(comparison):
     looks = shape_figures.looks_of(charges, [charges[0]])
     assert all(looks[charges[0]]["zorder"] > looks[x]["zorder"] for x in charges[1:])
     figure = shape_figures.curtain_profiles(comparison.measured, charges, [charges[0]])
+    names = {line["name"] for panel in chart_of(figure)["panels"] for line in panel["lines"]}
+    assert {charge.label for charge in charges} <= names
     drawn = [c for axes in figure.axes for c in axes.collections]
     assert {c.get_zorder() for c in drawn} == {3, 4}
 

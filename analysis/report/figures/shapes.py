@@ -146,7 +146,7 @@ def curtain_profiles(
             for charge in drawn:
                 style = look[charge]
                 region = shapes[charge].curtains[number].region.astype(float)
-                axes.contour(
+                contour = axes.contour(
                     nodes,
                     nodes,
                     region,
@@ -156,6 +156,7 @@ def curtain_profiles(
                     linestyles=[style["ls"]],
                     zorder=style["zorder"],
                 )
+                contour.set_gid(charge.label)  # a legend takes no contours
                 axes.plot([], [], **style, label=charge.label)
             _frame_regions(axes, [shapes[c].curtains[number].region for c in drawn], nodes)
         _share_legend(figure)
