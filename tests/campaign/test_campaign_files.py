@@ -13,12 +13,12 @@ from paper_campaign import CAMPAIGNS, REPOSITORY
 
 REFERENCE = REPOSITORY / "docs/reference/campaign-file.md"
 GUIDE = REPOSITORY / "docs/guide/campaigns.md"
-# Studies are tested in tests/study.
+# Studies are tested in tests/study, calibrations in tests/calibration.
 FILES = sorted(
     (
         path
         for path in CAMPAIGNS.rglob("*.toml")
-        if not path.name.startswith("study-") and path.parent.name != "policies"
+        if not path.name.startswith(("study-", "calibrate-")) and path.parent.name != "policies"
     ),
     key=lambda path: path.name,
 )

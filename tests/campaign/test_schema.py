@@ -12,8 +12,12 @@ from paper_campaign import CAMPAIGNS, MULTI_BALL, REPOSITORY, campaign_text
 
 FILE = REPOSITORY / "docs/reference/campaign.schema.json"
 CHECKER = jsonschema.Draft7Validator(campaign_schema())
-# Studies are no campaigns.
-FILES = sorted(path for path in CAMPAIGNS.rglob("*.toml") if not path.name.startswith("study-"))
+# Studies and calibrations are no campaigns.
+FILES = sorted(
+    path
+    for path in CAMPAIGNS.rglob("*.toml")
+    if not path.name.startswith(("study-", "calibrate-"))
+)
 
 
 def mistakes(text):

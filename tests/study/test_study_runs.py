@@ -12,7 +12,7 @@ from millscale.analysis.measures import STUDIED
 from millscale.cases.generate import generate
 from millscale.engine.machine import CoreWish
 from millscale.runs.layout import STAGES
-from millscale.study import command, pareto
+from millscale.study import command, pareto, running
 from millscale.study.command import StudyCall, run_and_compare
 from millscale.study.file import load_study
 from millscale.study.folders import Places, found_cases, record, write_setting
@@ -142,7 +142,7 @@ def test_finished_cases_are_taken_from_elsewhere_by_what_they_are(tmp_path):
     elsewhere = pretend_finished(tmp_path / "elsewhere", study.settings[1])
     places = Places(tmp_path / "new", (elsewhere,))
     for setting, taken in zip(study.settings, ({}, {CASE}, {CASE}), strict=True):
-        found = found_cases(study, setting, places)
+        found = found_cases(study.settings, setting, places)
         assert set(found) == set(taken)
         assert all(folder == elsewhere / "cases" / CASE for folder in found.values())
     code, output, _ = millscale(
@@ -153,16 +153,16 @@ def test_finished_cases_are_taken_from_elsewhere_by_what_they_are(tmp_path):
     assert json.loads(output)[1]["core_time_s"] == 0.0
     # What is not finished is not taken.
     (elsewhere / "cases" / CASE / "result.json").unlink()
-    assert found_cases(study, study.settings[1], places) == {}
+    assert found_cases(study.settings, study.settings[1], places) == {}
 
 
 def test_a_case_of_another_setting_is_taken_and_its_own_comes_first(tmp_path):
     study = load_study(write_study(tmp_path))
     places = Places(tmp_path / "runs")
     other = pretend_finished(places.of(study.settings[2]), study.settings[2])
-    assert found_cases(study, study.settings[1], places) == {CASE: other / "cases" / CASE}
+    assert found_cases(study.settings, study.settings[1], places) == {CASE: other / "cases" / CASE}
     own = pretend_finished(places.of(study.settings[1]), study.settings[1])
-    assert found_cases(study, study.settings[1], places) == {CASE: own / "cases" / CASE}
+    assert found_cases(study.settings, study.settings[1], places) == {CASE: own / "cases" / CASE}
     record(study, places)
     named = json.loads((places.runs / "study.json").read_text())["settings"]
     assert named[1]["cases"] == [
@@ -206,13 +206,13 @@ def test_a_changed_setting_alone_is_run_again(tmp_path):
     _, output, _ = millscale("study", file, "--runs", places.runs, "--plan", "--json")
     assert [len(row["left"]) for row in json.loads(output)] == [0, 0, 1]
     again = load_study(file)
-    assert found_cases(again, again.settings[2], places) == {}
+    assert found_cases(again.settings, again.settings[2], places) == {}
     # A case.json that somebody edited is another case, too; that of the other setting, as it was
     # before the change, is still the same.
     path = places.of(study.settings[1]) / "cases" / CASE / "case.json"
     path.write_text(path.read_text().replace('"seed": 1', '"seed": 7'))
     before = places.of(study.settings[2]) / "cases" / CASE
-    assert found_cases(again, again.settings[1], places) == {CASE: before}
+    assert found_cases(again.settings, again.settings[1], places) == {CASE: before}
 
 
 def test_an_identity_is_that_of_the_case_and_not_of_its_names(tmp_path):
@@ -248,7 +248,7 @@ def test_a_setting_that_fails_does_not_stop_the_others(tmp_path, monkeypatch):
         ran.append(asked.runs.name)
         return len(ran) > 1
 
-    monkeypatch.setattr(command, "run_campaign", fail_first)
+    monkeypatch.setattr(running, "run_campaign", fail_first)
     monkeypatch.setattr(command, "build_study", lambda runs, about: {"rows": []})
     monkeypatch.setattr(command, "tables", lambda results: [])
     call = StudyCall(write_study(tmp_path), tmp_path / "runs", cores=CoreWish(1, 1))
@@ -260,7 +260,7 @@ def test_ctrl_c_ends_the_study_with_its_code(tmp_path, monkeypatch):
     def interrupted(asked, console):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "run_campaign", interrupted)
+    monkeypatch.setattr(running, "run_campaign", interrupted)
     code, _, errors = millscale("study", write_study(tmp_path), "--runs", tmp_path / "runs")
     assert code == 130 and "repeat the command to resume" in errors
     assert (tmp_path / "runs/study.json").exists()

@@ -14,19 +14,18 @@ from rich.console import Console
 from millscale.engine.machine import CoreWish
 from millscale.engine.record import provenance
 from millscale.errors import CampaignError, nearest
-from millscale.formats import counted, duration
 from millscale.runs.case_folder import read_json
 from millscale.runs.lock import hold
 from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json
 from millscale.study.file import Setting, StudyFile, load_study
-from millscale.study.folders import Places, found_cases, record, write_setting
+from millscale.study.folders import Places, found_cases, record
 from millscale.study.page import REPORT, RESULTS, build_study
 from millscale.study.plan import render, study_plan
 from millscale.study.results import StudyResults, published, with_study
+from millscale.study.running import RunOptions, run_settings
 from millscale.study.tables import tables
-from millscale.workflow.placement import OPEN, campaign_time
-from millscale.workflow.run_command import Request, check_free_disk, request, run_campaign
+from millscale.workflow.placement import OPEN
 
 # Of a plan without a runs folder: no case in it is finished.
 NO_FOLDER = Path("/nonexistent")
@@ -58,9 +57,9 @@ def plan(call: StudyCall) -> list[dict[str, Any]]:
     """Return the rows of `plan.study_plan`; writes no file."""
     study = load_study(call.file)
     places = Places(call.runs, call.others)
-    places.check()
+    places.check("millscale study")
     chosen = {setting.name for setting in _chosen(study, call.only)}
-    found = {s.name: found_cases(study, s, places) for s in study.settings}
+    found = {s.name: found_cases(study.settings, s, places) for s in study.settings}
     return [row for row in study_plan(study, found) if row["setting"] in chosen]
 
 
@@ -72,14 +71,15 @@ def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, StudyResul
     """
     study = load_study(call.file)
     places = Places(call.runs, call.others)
-    places.check()
+    places.check("millscale study")
     chosen = _chosen(study, call.only)
     content = _content_of(call.to) if call.to else {}
     done = True
     with hold(places.runs):
         record(study, places)
         if not call.no_run:
-            done = _run_settings(study, chosen, places, call, console)
+            how = RunOptions(call.cores, call.ignore_disk, console)
+            done = run_settings(study.settings, chosen, places, how)
             record(study, places)
         about = provenance()
         results = _compared(places.runs, about)
@@ -94,39 +94,6 @@ def run_and_compare(call: StudyCall, console: Console) -> tuple[bool, StudyResul
 def results_text(call: StudyCall) -> str:
     """Return speed-against-error.json of a study that has been compared."""
     return (call.runs / REPORT / RESULTS).read_text(encoding="utf-8").rstrip("\n")
-
-
-def _run_settings(
-    study: StudyFile, chosen: Sequence[Setting], places: Places, call: StudyCall, console: Console
-) -> bool:
-    """Run the cases that are not finished anywhere, one setting after the other.
-
-    A case that fails does not stop the others.
-    """
-    done = True
-    for number, setting in enumerate(chosen, 1):
-        # Searched before each setting: an earlier one may have run the same case.
-        asked = _request(study, setting, places, call.cores)
-        title = f"setting {number} of {len(chosen)}, {setting.name}"
-        if asked is None:
-            console.print(f"{title}: done", markup=False, highlight=False)
-            continue
-        time = duration(campaign_time(asked.cases, asked.allocation, asked.rates))
-        text = f"{title}: {len(asked.cases)} of {counted(len(setting.cases), 'case')}, about {time}"
-        console.print(text, markup=False, highlight=False)
-        if not call.ignore_disk:
-            check_free_disk(asked)
-        done &= run_campaign(asked, console)
-    return done
-
-
-def _request(study: StudyFile, setting: Setting, places: Places, cores: CoreWish) -> Request | None:
-    """Return the request for the cases of a setting that still have to run; None if none have."""
-    found = found_cases(study, setting, places)
-    left = [case.id for case in setting.cases if case.id not in found]
-    folder = places.of(setting)
-    file = write_setting(setting, folder)
-    return request(file, folder, left, cores) if left else None
 
 
 def _compared(runs: Path, about: dict[str, Any]) -> StudyResults:

@@ -90,13 +90,13 @@ def load_study(path: str | Path) -> StudyFile:
     for word in tree:
         if word not in _PARTS:
             raise unknown_word(path, word, "", dict.fromkeys(_PARTS))
-    head = read_section(path, "study", _section(path, "study", tree.get("study", {})), STUDY_KEYS)
+    head = read_section(path, "study", section_of(path, "study", tree.get("study", {})), STUDY_KEYS)
     entries = tree.get("setting", [])
     if not isinstance(entries, list) or not 2 <= len(entries) <= MOST_SETTINGS:
         got = f"got {len(entries)}" if isinstance(entries, list) else "got no list"
         accepted = f"2 to {MOST_SETTINGS} settings, each written [[setting]]"
         raise CampaignError(path, "setting", got, accepted)
-    base = _base(path, head["base"])
+    base = base_of(path, "study.base", head["base"])
     changed = merged(path, "all", base, tree.get("all", {}))
     settings = [_setting(path, entry, i, changed) for i, entry in enumerate(entries)]
     _check_names(path, head, [setting.name for setting in settings])
@@ -110,11 +110,19 @@ def load_study(path: str | Path) -> StudyFile:
     )
 
 
-def _base(path: Path, name: str) -> Tree:
+def base_of(path: Path, key: str, name: str) -> Tree:
+    """Return the content of a base campaign, without its single balls.
+
+    Args:
+        path: of the file that names it, with the key.
+
+    Raises:
+        CampaignError: not a campaign of a charge.
+    """
     base = campaign_tree(path.parent / name)
     if "multi_ball" not in base:
         cause = f"got {name}, which has no [multi_ball]"
-        raise CampaignError(path, "study.base", cause, "the campaign of a charge")
+        raise CampaignError(path, key, cause, "the campaign of a charge")
     return {section: content for section, content in base.items() if section != LEFT_OUT}
 
 
@@ -125,7 +133,7 @@ def merged(path: Path, where: str, base: Tree, changes: Any) -> Tree:
         CampaignError: the changes are not sections of keys, or a key to leave out is not there.
     """
     result = {name: dict(c) if isinstance(c, Mapping) else c for name, c in base.items()}
-    changes = dict(_section(path, where, changes))
+    changes = dict(section_of(path, where, changes))
     left_out = {key: value for key, value in changes.items() if key == WITHOUT}
     for key in read_section(path, where, left_out, WITHOUT_KEYS)[WITHOUT]:
         section, _, name = key.partition(".")
@@ -146,7 +154,7 @@ def merged(path: Path, where: str, base: Tree, changes: Any) -> Tree:
 
 
 def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
-    entry = _section(path, f"setting {index + 1}", entry)
+    entry = section_of(path, f"setting {index + 1}", entry)
     own = {key: value for key, value in entry.items() if key in SETTING_KEYS}
     about = read_section(path, f"setting {index + 1}", own, SETTING_KEYS)
     name = about["name"]
@@ -155,8 +163,22 @@ def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
         raise CampaignError(path, f"setting {index + 1}.name", f'got "{name}"', accepted)
     where = f'setting "{name}"'
     changes = {key: value for key, value in entry.items() if key not in SETTING_KEYS}
-    tree = merged(path, where, base, changes)
-    tree["campaign"] = {"name": name, "about": about["about"]}
+    return setting_of(path, where, (name, about["about"]), merged(path, where, base, changes))
+
+
+def setting_of(path: Path, where: str, about: tuple[str, str], tree: Tree) -> Setting:
+    """Return the setting of a campaign.
+
+    Args:
+        where: the setting, for messages.
+        about: its name and what it is for.
+        tree: content of its campaign file; [campaign] is replaced.
+
+    Raises:
+        CampaignError: the campaign is not accepted.
+    """
+    name, text = about
+    tree = tree | {"campaign": {"name": name, "about": text}}
     try:
         campaign = campaign_of(path, tree)
         cases = tuple(cases_of(campaign))
@@ -167,7 +189,7 @@ def _setting(path: Path, entry: Any, index: int, base: Tree) -> Setting:
             return CampaignError(path, key, mistake.cause, mistake.accepted)
 
         raise error.each(of_setting) from None
-    return Setting(name, about["about"], tree, campaign, cases)
+    return Setting(name, text, tree, campaign, cases)
 
 
 def _check_names(path: Path, head: Mapping[str, str], names: list[str]) -> None:
@@ -183,7 +205,12 @@ def _check_names(path: Path, head: Mapping[str, str], names: list[str]) -> None:
             raise CampaignError(path, f"study.{role}", cause, "a setting: " + ", ".join(names))
 
 
-def _section(path: Path, where: str, content: Any) -> Mapping[str, Any]:
+def section_of(path: Path, where: str, content: Any) -> Mapping[str, Any]:
+    """Return the content of a section or an entry.
+
+    Raises:
+        CampaignError: it is something else.
+    """
     if not isinstance(content, Mapping):
         raise CampaignError(path, where, f"got {content!r:.60}", "keys, a line each")
     return content

@@ -39,8 +39,11 @@ class Places:
         """Return the runs folder of a setting."""
         return self.runs / SETTINGS_FOLDER / setting.name
 
-    def check(self) -> None:
+    def check(self, command: str) -> None:
         """Refuse another folder that is not a runs folder.
+
+        Args:
+            command: that the folders were given to, for messages.
 
         Raises:
             CampaignError: not a runs folder.
@@ -48,13 +51,16 @@ class Places:
         for folder in self.others:
             if not (folder / CAMPAIGN_FILE).exists():
                 cause = f"got {folder}, which has no {CAMPAIGN_FILE}"
-                raise CampaignError("millscale study", "--from", cause, "a folder of millscale run")
+                raise CampaignError(command, "--from", cause, "a folder of millscale run")
 
 
-def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str, Path]:
+def found_cases(settings: Iterable[Setting], setting: Setting, places: Places) -> dict[str, Path]:
     """Return the folders of the finished cases of a setting, by id.
 
     A folder is that of the setting, or one of the same case in another setting or runs folder.
+
+    Args:
+        settings: every setting of the runs folder.
     """
     own = places.of(setting)
     changed = changed_cases(as_written(setting.cases, own), own)
@@ -64,7 +70,7 @@ def found_cases(study: StudyFile, setting: Setting, places: Places) -> dict[str,
         if case.id not in changed and _is_finished(own / CASES_FOLDER / case.id)
     }
     wanted = {x.identity: x.id for x in setting.cases if x.id not in found}
-    others = [places.of(other) for other in study.settings if other is not setting]
+    others = [places.of(other) for other in settings if other is not setting]
     for folder in _case_folders([*places.others, *others]) if wanted else ():
         case_id = wanted.get(_identity_at(folder) or "")
         if case_id and case_id not in found and _is_finished(folder):
@@ -79,7 +85,7 @@ def record(study: StudyFile, places: Places) -> None:
     """
     settings = []
     for setting in study.settings:
-        found = found_cases(study, setting, places)
+        found = found_cases(study.settings, setting, places)
         own = places.of(setting)
         cases = [
             {

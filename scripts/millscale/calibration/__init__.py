@@ -1,0 +1,1 @@
+"""Calibration: contact parameters with which a mill agrees with what was measured."""
