@@ -40,7 +40,7 @@ def torque(at):
 
 def shoulder(at):
     """A number that depends on the two in another way."""
-    return 0.3 + 0.25 * FRICTION.value(at[:, 0]) + 2.5 * ROLLING.value(at[:, 1])
+    return 0.3 + 0.05 * FRICTION.value(at[:, 0]) + 2.5 * ROLLING.value(at[:, 1])
 
 
 def evidence(at, models, truth, uncertainties, generator=None):
@@ -96,7 +96,7 @@ def test_the_interval_is_that_of_a_linear_model():
     covariance = np.linalg.inv(100.0 * slopes.T @ slopes)
     for j, one in enumerate(found.found):
         assert one.best == pytest.approx(0.5, abs=0.1 * math.sqrt(covariance[j, j]))
-        assert one.width == pytest.approx(2.0 * 1.96 * math.sqrt(covariance[j, j]), rel=0.06)
+        assert one.width == pytest.approx(2.0 * 1.96 * math.sqrt(covariance[j, j]), rel=0.08)
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
     assert found.correlation[0, 1] == pytest.approx(expected, abs=0.06)
 
