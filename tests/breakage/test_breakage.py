@@ -1,4 +1,4 @@
-"""Breakage models: closed forms and limits, the same in another way, a count of single particles."""
+"""Breakage models: closed forms, limits, the same in another way, particles hit one by one."""
 
 from __future__ import annotations
 
@@ -55,6 +55,23 @@ def test_a_spectrum_keeps_its_energy():
     # A bin without impacts has the middle of its ends.
     empty = Spectrum(np.array([1.0, 4.0, 9.0]), np.array([0.0, 2.0]), np.array([0.0, 10.0]))
     assert empty.energies.tolist() == [2.0, 5.0]
+
+
+def test_bins_that_are_left_out_are_empty():
+    edges = np.geomspace(1e-3, 1.0, 7)
+    kept = [0, 1, 4]
+    counts, sums = np.array([5.0, 3.0, 2.0]), np.array([6e-3, 9e-3, 0.3])
+    found = Spectrum.of_bins(edges[kept], edges[[1, 2, 5]] * (1.0 + 1e-15), counts, sums)
+    assert found.edges == pytest.approx(edges[[0, 1, 2, 4, 5]], rel=1e-12)
+    assert found.counts.tolist() == [5.0, 3.0, 0.0, 2.0]
+    assert found.power == pytest.approx(sums.sum(), rel=1e-12)
+
+
+def test_impacts_of_a_larger_mill_keep_their_bins():
+    large = SPECTRUM.scaled(energy=8.0, rate=0.5)
+    assert large.power == pytest.approx(4.0 * SPECTRUM.power, rel=1e-12)
+    assert large.rate == pytest.approx(0.5 * SPECTRUM.rate, rel=1e-12)
+    assert large.energies == pytest.approx(8.0 * SPECTRUM.energies, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -134,7 +151,7 @@ def test_t10_of_an_impact_counts_the_particles_that_it_breaks():
 def test_numbers_outside_of_published_ranges_are_named():
     assert ORE.unusual() == []
     assert replace(ORE, damage_exponent=9.0).unusual() == ["damage_exponent 9, usual 3 to 5.4"]
-    with pytest.raises(ValueError, match="scatter of an ore: 0.0"):
+    with pytest.raises(ValueError, match=r"scatter of an ore: 0\.0"):
         replace(ORE, scatter=0.0)
     with pytest.raises(ValueError, match="largest_t10"):
         replace(ORE, largest_t10=101.0)

@@ -120,7 +120,7 @@ def test_what_is_not_accepted_is_named(tmp_path, old, new, message):
 
 def test_a_base_of_several_mills_is_refused(tmp_path):
     base = small_campaign.TEXT.replace("S = [2.0]\ncount = [50]", "S = [1.0, 2.0]\ncount = [50, 9]")
-    with pytest.raises(CampaignError, match="2 mills: .*state one S"):
+    with pytest.raises(CampaignError, match=r"2 mills: .*state one S"):
         load_calibration(write(tmp_path, base=base))
 
 

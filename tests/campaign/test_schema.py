@@ -14,9 +14,7 @@ FILE = REPOSITORY / "docs/reference/campaign.schema.json"
 CHECKER = jsonschema.Draft7Validator(campaign_schema())
 # Studies and calibrations are no campaigns.
 FILES = sorted(
-    path
-    for path in CAMPAIGNS.rglob("*.toml")
-    if not path.name.startswith(("study-", "calibrate-"))
+    path for path in CAMPAIGNS.rglob("*.toml") if not path.name.startswith(("study-", "calibrate-"))
 )
 
 

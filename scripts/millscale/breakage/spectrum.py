@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# Ends of two bins closer than this, relative, are one.
+SAME_EDGE = 1e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
@@ -35,6 +38,25 @@ class Spectrum:
         if any(len(x) != len(counts) or not (x >= 0.0).all() for x in others):
             raise ValueError("counts or sums of a spectrum; accepted: numbers from 0, one a bin")
 
+    @classmethod
+    def of_bins(
+        cls, low: np.ndarray, high: np.ndarray, counts: np.ndarray, sums: np.ndarray
+    ) -> Spectrum:
+        """Return the spectrum of bins of which empty ones may be left out, as result.json has them.
+
+        Args:
+            low, high: (n,) float, ends of the bins, rising [J].
+            counts, sums: (n,) float, impacts per second [1/s], and their energy [W].
+        """
+        low, high = np.asarray(low, float), np.asarray(high, float)
+        # Between two bins that do not touch lies an empty one.
+        gap = np.append(high[:-1] < low[1:] * (1.0 - SAME_EDGE), True)
+        edges = np.sort(np.concatenate([low, high[gap]]))
+        places = np.searchsorted(edges, low)
+        every = np.zeros((2, len(edges) - 1))
+        every[:, places] = counts, sums
+        return cls(edges, every[0], every[1])
+
     @property
     def energies(self) -> np.ndarray:
         """Mean energy of an impact of each bin, (n,) float [J]."""
@@ -52,6 +74,15 @@ class Spectrum:
     def power(self) -> float:
         """Energy of all impacts per second [W]."""
         return float(np.sum(self.energies * self.counts))
+
+    def scaled(self, energy: float, rate: float) -> Spectrum:
+        """Return the spectrum of impacts of so many times the energy and the number per second.
+
+        From a scaled mill to the physical one these are (m omega^2 R^2) and (N omega), physical
+        over scaled, with N the balls of the whole mill over those that were simulated.
+        """
+        power = energy * rate * self.energies * self.counts
+        return Spectrum(energy * self.edges, rate * self.counts, power)
 
     def __add__(self, other: Spectrum) -> Spectrum:
         """Return the spectrum of both classes.
