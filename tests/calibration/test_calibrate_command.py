@@ -14,7 +14,7 @@ from millscale.calibration.targets import surface_distances, velocities
 from millscale.campaign.build import load_campaign
 from millscale.cli.main import app
 from millscale.runs.case_folder import finished_or_reason
-from millscale.runs.layout import CASES_FOLDER
+from millscale.runs.layout import CASES_FOLDER, STAGES
 from millscale.study import running
 from paper_campaign import campaign_text
 from synthetic_case import finish_case, write_campaign, write_case
@@ -87,7 +87,11 @@ def engine(monkeypatch):
             if not folder.exists():
                 ran.append(asked.runs.name)
                 document = json.loads(case.text())
-                finish_case(write_case(asked.runs, document, columns_of(document)))
+                write_case(asked.runs, document, columns_of(document))
+                for product in (x for stage in STAGES["multi-ball"] for x in stage.products):
+                    if not (folder / product).exists():
+                        (folder / product).write_text("{}")
+                finish_case(folder)
         write_campaign(asked.runs, [case.id for case in asked.cases])
         return True
 
