@@ -270,9 +270,26 @@ def test_further_runs_are_where_the_surrogate_is_least_certain():
     for place in chosen:
         after = after.with_place(place)
     assert after.at(found.particles)[1].max() < before.at(found.particles)[1].max()
-    # No two of them are the same.
-    gaps = np.linalg.norm(chosen[:, None] - chosen, axis=2) + np.eye(4)
-    assert gaps.min() > 1e-3
+    assert apart(found, at, chosen) > 0.19
+
+
+def apart(found, at, chosen):
+    """The smallest distance of new places from one another and from earlier ones, in deviations."""
+    every = np.vstack([at, chosen]) / found.particles.std(axis=0)
+    gaps = np.linalg.norm(every[len(at) :, None] - every, axis=2)
+    gaps[np.arange(len(chosen)), len(at) + np.arange(len(chosen))] = np.inf
+    return gaps.min()
+
+
+def test_a_place_is_not_run_twice_where_nothing_is_uncertain():
+    """Linear targets: after the first samples all particles are equally certain."""
+    at = places(12)
+    made = [
+        Evidence("left", ((at[:, 0] - 0.4) / 0.03)[:, None], (0.0,) * 12),
+        Evidence("right", ((at[:, 1] - 0.7) / 0.05)[:, None], (0.0,) * 12),
+    ]
+    found = infer((Parameter("a", ("x",), 0.0, 1.0), Parameter("b", ("y",), 0.0, 1.0)), at, made)
+    assert apart(found, at, next_places(found, 6)) > 0.19
 
 
 def test_particles_have_the_moments_of_a_density_on_the_faces_of_the_cube():

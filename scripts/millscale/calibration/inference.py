@@ -40,6 +40,8 @@ SURROGATE_IS_WRONG = 2.0
 # Converged: the surrogate adds less than this to the uncertainty, and the best values moved less
 # than this over the deviation of the density.
 SMALL_SURROGATE, SMALL_SHIFT = 0.5, 0.5
+# Distance between places that are run, over the deviations of the density.
+APART = 0.2
 
 
 class CalibrationError(ValueError):
@@ -347,16 +349,32 @@ def contributions(result: Inference, seed: int = 1) -> dict[str, Contribution]:
 
 def next_places(result: Inference, count: int) -> np.ndarray:
     """Return where to run next, (count, d) float: the best values, then the particles at which the
-    surrogates are least certain, each with the earlier ones taken as run."""
-    chosen = [result.best]
+    surrogates are least certain, each with the earlier ones taken as run.
+
+    A place that was run is not run again: in the unit of the deviations of the density, places are
+    `APART` from one another, as long as there are such particles.
+    """
+    candidates = np.vstack([result.best, result.particles])
+    spread = np.maximum(result.particles.std(axis=0), 1e-9)
     models = [list(model.surrogates) for model in result.models]
+    gaps = np.full(len(candidates), np.inf)
+    for place in models[0][0].places:
+        gaps = np.minimum(gaps, np.linalg.norm((candidates - place) / spread, axis=1))
+    chosen: list[np.ndarray] = []
     while len(chosen) < count:
-        models = [[one.with_place(chosen[-1]) for one in surrogates] for surrogates in models]
-        variance = sum(
-            one.at(result.particles)[1] ** 2 for surrogates in models for one in surrogates
-        )
-        chosen.append(result.particles[int(np.argmax(variance))])
-    return np.array(chosen[:count])
+        variance = np.zeros(len(candidates))
+        for surrogates in models:
+            for one in surrogates:
+                variance += one.at(candidates)[1] ** 2
+        if not chosen:
+            variance[0] = np.inf
+        free = gaps >= APART
+        number = int(np.argmax(np.where(free, variance, -1.0) if free.any() else gaps))
+        place = candidates[number]
+        chosen.append(place)
+        gaps = np.minimum(gaps, np.linalg.norm((candidates - place) / spread, axis=1))
+        models = [[one.with_place(place) for one in surrogates] for surrogates in models]
+    return np.array(chosen)
 
 
 def _particles(models: Sequence[TargetModel], dimensions: int, seed: int) -> np.ndarray:
