@@ -23,7 +23,7 @@ PYTHON = (
     ("calibration",),
     ("study", "prediction"),
     ("workflow",),
-    ("report",),
+    ("report", "exports"),
     ("cases", "analysis"),
     ("engine", "packing"),
     ("campaign", "power_models", "breakage"),
@@ -117,6 +117,8 @@ def test_the_package_names_nothing_but_the_interface():
     for name, module in millscale._API.items():
         assert getattr(import_module(f"millscale.api.{module}"), name) is getattr(millscale, name)
     assert not list(imported(SOURCES["millscale"].read_text(encoding="utf-8")))
+    # An imported package would take the place of a function of its name.
+    assert not {name.split(".")[1] for name in SOURCES if "." in name} & millscale._API.keys()
 
 
 def test_no_modules_import_one_another_in_a_circle():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pyvista as pv
 
-from millscale.report.pictures import WALL
+WALL = "#7a828b"
 
 TITLES = {"speed": "speed [m/s]", "radius": "radius [m]", "rising": "started rising"}
 

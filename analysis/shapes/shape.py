@@ -93,6 +93,11 @@ def unit_length(case: Case) -> float:
     return case.mill.radius_m - case.ball.radius_m
 
 
+def physical_unit_length(case: Case) -> float:
+    """Return R - a of the physical mill and its mean ball [m]."""
+    return case.physical.radius_m - case.physical.ball_radius_m
+
+
 def contour_grid(case: Case) -> Grid:
     """Return the grid of a case's contours: as fine as RESOLUTION unless its balls are too
     large."""

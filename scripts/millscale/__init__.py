@@ -17,7 +17,8 @@ __version__ = version("millscale")
 # Functions of the Python interface, and the modules of `millscale.api` that hold them.
 _API = {
     "advise": "predicting",
-    "compare": "runs_folder",
+    "compare": "comparing",
+    "export": "runs_folder",
     "open": "runs_folder",
     "plan": "planning",
     "predict": "predicting",

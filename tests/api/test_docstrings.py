@@ -2,6 +2,7 @@
 
 import doctest
 import re
+import shutil
 from importlib import import_module
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 import millscale.api
 from millscale.api.case_folder import CaseFolder
+from millscale.api.comparing import Comparison
 from millscale.api.curtain_profiles import CurtainProfiles
 from millscale.api.planning import Plan
 from millscale.api.runs_folder import RunsFolder
@@ -20,10 +22,12 @@ CASE = "mb-cg-paper-S2.600-fixed-seed1"
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_examples_of_a_module_run(name, throws):
+def test_examples_of_a_module_run(name, throws, tmp_path):
     module = import_module(f"millscale.api.{name}")
     runs = RunsFolder(throws)
-    found = {"runs": runs, "case": runs[CASE]}
+    found = {"runs": runs, "case": runs[CASE], "new_folder": tmp_path / "new"}
+    if name == "comparing":
+        found["other"] = RunsFolder(shutil.copytree(throws, tmp_path / "other"))
     failed, _ = doctest.testmod(module, extraglobs=found, optionflags=doctest.NORMALIZE_WHITESPACE)
     assert failed == 0
 
@@ -38,7 +42,7 @@ def test_every_function_has_an_example_or_needs_the_engine():
 
 
 def test_properties_state_their_unit_or_meaning():
-    for kind in (RunsFolder, CaseFolder):
+    for kind in (RunsFolder, CaseFolder, Comparison):
         for name, member in vars(kind).items():
             if not name.startswith("_"):
                 assert getattr(member, "__doc__", None), f"{kind.__name__}.{name}"
@@ -48,7 +52,7 @@ def test_the_reference_lists_functions_and_members():
     text = (REPOSITORY / "docs/reference/api.md").read_text(encoding="utf-8")
     for name in millscale._API:
         assert f"`ms.{name}(" in text
-    kinds = (RunsFolder, CaseFolder, CurtainProfiles, Plan, ScaledMill)
+    kinds = (RunsFolder, CaseFolder, Comparison, CurtainProfiles, Plan, ScaledMill)
     names = {name for kind in kinds for name in vars(kind) if not name.startswith("_")}
     missing = [name for name in names if not re.search(rf"[`.]{name}\b", text)]
     assert names and not missing

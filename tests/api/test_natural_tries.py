@@ -20,6 +20,8 @@ TRIES = {
     "compare two runs": "case.errors(against=other)",
     "predict": 'ms.predict("runs/slices")["power"].value',
     "export": 'case.series.to_csv("series.csv"), case.mesh(angle=1.0).save("charge.vtm")',
+    "export for ParaView": 'runs.export("paraview", "files", only="mb-cg-*S2.600*seed1")',
+    "compare two runs folders": 'ms.compare("runs/quick", "runs/slices").table',
     "help": "help(ms), help(ms.open)",
 }
 

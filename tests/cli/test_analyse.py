@@ -1,25 +1,11 @@
 """`millscale analyse`: output, files and errors of each command."""
 
 import json
-import shutil
-
-import pytest
-import pyvista as pv
 
 from in_process import millscale
 from millscale.analysis.case import analyse_case
-from synthetic_case import record_stages
 
 CHARGES = "cases/mb-cg-paper-S2.600-fixed-seed"
-
-
-@pytest.fixture
-def charge(throws, tmp_path):
-    folder = tmp_path / "case"
-    shutil.copytree(throws / f"{CHARGES}1", folder)
-    pv.read(folder / "liner.stl").save(folder / "liner.vtp")
-    record_stages(folder)
-    return folder
 
 
 def refused(*arguments):
@@ -96,20 +82,6 @@ def test_variants_prints_a_row_for_each_campaign_and_scheme(runs, tmp_path):
     assert "| 63.90 | 35.50 | 2.184 |" in table[2]
     assert table[2].endswith("* |")
     assert "no such file" in refused("variants", tmp_path)
-
-
-def test_paraview_writes_every_other_dump(charge):
-    done = millscale("analyse", "paraview", charge, "--every", "2")
-    assert done.stdout.strip() == str(charge / "paraview" / "charge.pvd"), done.stderr
-    assert len(list((charge / "paraview").glob("balls.*.vtp"))) == 2
-    assert "--every: got 0; accepted: >= 1" in refused("paraview", charge, "--every", "0")
-
-
-@pytest.mark.parametrize("lacking", ["liner.vtp", "dump"])
-def test_paraview_explains_what_is_missing(charge, lacking):
-    path = charge / lacking
-    shutil.rmtree(path) if path.is_dir() else path.unlink()
-    assert "millscale run" in refused("paraview", charge)
 
 
 def test_pictures_draws_the_dump_nearest_to_each_angle(throws, tmp_path):

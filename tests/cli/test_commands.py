@@ -30,11 +30,12 @@ COMMANDS = list(commands(typer.main.get_command(app)))
 def test_every_task_is_a_command():
     assert {" ".join(names) for names in COMMANDS} == {
         *("new", "schema", "plan", "generate", "run", "status", "verify", "report", "study"),
+        *("open", "compare", "export"),
         *("predict", "advise", "solve", "calibrate"),
         "bench output-cost",
         *(
             f"analyse {name}"
-            for name in ("case", "pair", "groups", "campaigns", "variants", "paraview", "pictures")
+            for name in ("case", "pair", "groups", "campaigns", "variants", "pictures")
         ),
         *(
             f"validate {name}"
@@ -82,12 +83,12 @@ def test_completion_completes_sub_commands():
     environment = {
         **os.environ,
         "_MILLSCALE_COMPLETE": "complete_bash",
-        "COMP_WORDS": "millscale analyse pa",
+        "COMP_WORDS": "millscale analyse p",
         "COMP_CWORD": "2",
     }
     line = [sys.executable, "-m", "millscale"]
     done = subprocess.run(line, env=environment, capture_output=True, text=True)
-    assert done.stdout.split() == ["pair", "paraview"]
+    assert done.stdout.split() == ["pair", "pictures"]
 
 
 def test_help_loads_no_large_library():

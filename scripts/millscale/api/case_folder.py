@@ -223,8 +223,8 @@ class CaseFolder:
         """Return balls and liner for pyvista [m]: the blocks `balls` (points) and `liner`
         (triangles).
 
-        Point data of the balls: radius [m], velocity (n, 3) [m/s], speed [m/s], `rising`, 1 for
-        balls that started on the rising side, and the columns of the dump.
+        Point data of the balls, SI units: radius, velocity (n, 3), speed, `rising`, 1 for balls
+        that started on the rising side, state, last_lifter, ... (docs/guide/export.md).
         `case.mesh(6.0).save("charge.vtm")` writes files for ParaView.
 
         >>> case.mesh(angle=1.0)["balls"].n_points == case.case.ball.count
@@ -233,14 +233,12 @@ class CaseFolder:
         # The drawing library takes a second to load.
         import pyvista as pv
 
-        from millscale.report.pictures import ball_points, turned_liner
+        from millscale.exports.geometry import ball_points, turned_liner
         from millscale.runs.case_folder import LINER
 
         snapshot = self._snapshot(angle)
         dump = read_dump(snapshot.path)
         balls = ball_points(dump, starts_on_rising_side(dump, first_dump(self.folder)))
-        if "velocity" in balls.point_data:
-            balls["speed"] = np.linalg.norm(balls["velocity"], axis=1)
         liner = turned_liner(self.folder / LINER, snapshot.mill_angle)
         return pv.MultiBlock({"balls": balls, "liner": liner})
 

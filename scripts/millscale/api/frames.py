@@ -8,24 +8,8 @@ from typing import Any
 import pandas as pd
 
 from millscale.analysis.charge.rows import ChargeRow
+from millscale.analysis.columns import unit_of
 from millscale.analysis.measures import ERRORS, ErrorColumn
-from millscale.campaign.units import split_unit
-
-# Units that end the names of columns, besides those of a campaign file.
-_ENDINGS = {"_Nms": "N m s", "_Nm": "N m", "_kW": "kW", "_J": "J", "_W": "W"}
-_SHOWN = {"_kg_m3": "kg/m3", "_m_s2": "m/s2", "_rad_s": "rad/s", "_m_s": "m/s", "_pa": "Pa",
-          "_rpm": "1/min", "_percent": "%"}  # fmt: skip
-
-
-def unit_of(column: str) -> str:
-    """Return the unit that ends the name of a column: `centre_x_m` is in m; "-" without one."""
-    if column == "percent_of_critical":
-        return "%"
-    for ending, unit in _ENDINGS.items():
-        if column.endswith(ending):
-            return unit
-    _, suffix = split_unit(column)
-    return _SHOWN.get(suffix, suffix.removeprefix("_")) or "-"
 
 
 def frame(

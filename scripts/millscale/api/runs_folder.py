@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from os import PathLike
 from pathlib import Path
@@ -10,10 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from millscale.analysis.charge.physical_mill import physical_power
-from millscale.analysis.finished import Charge, SingleBall
+from millscale.analysis.case_rows import case_rows
 from millscale.analysis.finished_campaign import Campaign, load_campaign
-from millscale.analysis.several_campaigns import compare_campaigns
 from millscale.api.case_folder import CaseFolder
 from millscale.api.frames import error_frame, frame
 from millscale.api.predicting import predict
@@ -89,7 +87,7 @@ class RunsFolder(Mapping[str, CaseFolder]):
         >>> runs.cases.attrs["units"]["power_kW"]
         'kW'
         """
-        return frame([_row(case) for case in self.campaign.cases], "id")
+        return frame(case_rows(self.campaign), "id")
 
     @property
     def single_balls(self) -> pd.DataFrame:
@@ -111,6 +109,10 @@ class RunsFolder(Mapping[str, CaseFolder]):
     def predict(self, **options: Any) -> Prediction:
         """Return `millscale.predict` of this folder."""
         return predict(self.folder, **options)
+
+    def export(self, kind: str, to: Folder | None = None, **options: Any) -> list[Path]:
+        """Return `millscale.export` of this folder: files for ParaView, OVITO, or tables."""
+        return export(self.folder, kind, to, **options)
 
     def report(self) -> Path:
         """Write report/index.html as `millscale report` does, and return its path."""
@@ -149,42 +151,43 @@ def open(runs: Folder) -> RunsFolder:
     return RunsFolder(runs)
 
 
-def compare(*runs: Folder) -> pd.DataFrame:
-    """Return the errors of the multi-ball cases of one or more runs folders, a row for each case.
+def export(
+    runs: Folder,
+    kind: str,
+    to: Folder | None = None,
+    *,
+    only: str | Sequence[str] = (),
+    every: int = 1,
+    replace: bool = False,
+) -> list[Path]:
+    """Write the finished cases of a runs folder for another program, as `millscale export` does.
 
-    The charges of a campaign without the physical mill are compared with that of another. Columns
-    and units are those of `RunsFolder.errors`.
+    Args:
+        kind: paraview, ovito or csv.
+        to: folder to write; None for DIR/export/KIND. It must be new, unless `replace`.
+        only: ids of cases, or patterns with `*`; empty for every case.
+        every: write every so many dumps.
+        replace: replace an earlier export.
+
+    Returns:
+        The files to open.
 
     >>> import millscale as ms
-    >>> bool(ms.compare(runs.folder)["power_error"].isna().all())
-    False
+    >>> tables = ms.export(runs.folder, "csv", new_folder, only="*S2.600-fixed-seed1", every=3)
+    >>> [path.name for path in tables]
+    ['cases.csv', 'series.csv', 'series.csv']
 
     Raises:
-        RunFolderError: two campaigns of the same name, or no finished multi-ball case.
+        RunFolderError: no such case, nothing to write, or a folder that is there.
+        ValueError: no such format.
     """
-    return error_frame(compare_campaigns([Path(folder) for folder in runs])[0].rows)
+    from millscale.exports.command import FORMATS
+    from millscale.exports.command import export as write
 
-
-def _row(finished: SingleBall | Charge) -> dict[str, Any]:
-    case, mill = finished.case, finished.case.mill
-    row = {
-        **{key: getattr(case, key) for key in ("id", "kind", "scheme", "policy", "S", "seed")},
-        "balls": case.ball.count,
-        "mass_kg": case.ball.count * case.ball.mass_kg,
-        **{
-            key: getattr(mill, key)
-            for key in ("radius_m", "simulated_length_m", "gravity_m_s2", "omega_rad_s")
-        },
-        "percent_of_critical": mill.percent_of_critical,
-    }
-    row |= dict.fromkeys(("detach_angle_deg", "power_kW", "power_number", "is_steady"))
-    if isinstance(finished, Charge):
-        result = finished.result
-        row |= {
-            "power_kW": 1e-3 * physical_power(finished),
-            "power_number": result.dimensionless["power"],
-            "is_steady": result.steady.is_steady,
-        }
-    else:
-        row["detach_angle_deg"] = finished.result.detach_angle_deg
-    return row | {"wall_time_s": finished.timing.wall_time_s}
+    if kind not in FORMATS:
+        raise ValueError(f"kind: got {kind!r}; accepted: {', '.join(FORMATS)}")
+    if every < 1:
+        raise ValueError(f"every: got {every}; accepted: >= 1")
+    patterns = [only] if isinstance(only, str) else list(only)
+    target = None if to is None else Path(to)
+    return write(Path(runs), kind, target, patterns, every, replace).files

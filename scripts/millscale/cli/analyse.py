@@ -8,14 +8,14 @@ from typing import Annotated
 
 import typer
 
-from millscale.cli.options import CaseArgument, RunsArguments, check_at_least
+from millscale.cli.options import CaseArgument, RunsArguments
 from millscale.errors import CampaignError
 
 analyse = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="markdown",
     help="""
-Analyse finished cases, compare two or more of them, export them for ParaView.
+Analyse finished cases, and compare two or more of them.
 
 CASE is a case folder, DIR/cases/ID of a runs folder DIR.
 """,
@@ -135,23 +135,6 @@ def variants(
     from millscale.analysis.variants import markdown, variant_rows
 
     typer.echo(markdown(variant_rows(runs, ratio, policy)))
-
-
-@analyse.command()
-def paraview(
-    folder: CaseArgument,
-    every: Annotated[int, typer.Option(metavar="N", help="Export every Nth dump.")] = 1,
-) -> None:
-    """Write balls and turned liner of a multi-ball case for ParaView: CASE/paraview/charge.pvd.
-
-    Show the balls as Point Gaussian, scaled by `radius`. OVITO reads CASE/dump/ itself.
-
-    Example: `millscale analyse paraview runs/quick/cases/mb-cg-paper-S2.600 --every 2`
-    """
-    from millscale.report.paraview import write_paraview
-
-    check_at_least("analyse paraview", "--every", every, 1)
-    typer.echo(write_paraview(folder, every))
 
 
 @analyse.command()

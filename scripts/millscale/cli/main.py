@@ -17,7 +17,10 @@ from millscale.cli.advise import advise
 from millscale.cli.analyse import analyse
 from millscale.cli.bench import bench
 from millscale.cli.calibrate import calibrate
+from millscale.cli.compare import compare
+from millscale.cli.export import export
 from millscale.cli.new import new
+from millscale.cli.open_report import open_report
 from millscale.cli.options import (
     EXIT_FAILED,
     EXIT_WRONG_INPUT,
@@ -43,6 +46,7 @@ from millscale.cli.options import (
     resumable,
 )
 from millscale.cli.predict import predict
+from millscale.cli.report import report
 from millscale.cli.solve import solve
 from millscale.cli.study import study
 from millscale.cli.validate import validate
@@ -69,7 +73,9 @@ combination is a case with its own folder. Units are SI unless a name states ano
 * `millscale new my-mill.toml` asks for a mill and writes a campaign file of it
 * `millscale plan campaigns/quick.toml` shows the cases and their cost
 * `millscale run campaigns/quick.toml --runs runs/quick` simulates the cases that are missing
-* `millscale report runs/quick` writes report/index.html
+* `millscale report runs/quick` writes report/index.html, `millscale open` shows it
+* `millscale compare runs/new runs/worn` compares runs folders in one report
+* `millscale export runs/quick --paraview` writes files for ParaView, OVITO or tables
 * `millscale study campaigns/study-S2.6.toml --plan` shows the cost of a parameter study
 * `millscale predict runs/slices` predicts the physical mill from its scaled mills
 * `millscale solve campaigns/slices.toml --error 2% --runs runs/solve` plans, runs and predicts
@@ -293,28 +299,10 @@ def verify(runs: RunsArgument, as_json: Json = False) -> None:
         raise typer.Exit(EXIT_FAILED)
 
 
-@app.command()
-def report(runs: RunsArgument, as_json: Json = False) -> None:
-    """Compare the finished cases: write DIR/report/index.html and results.json.
-
-    The page needs no other file. Cases that were run by hand are analysed first.
-
-    Example: `millscale report runs/quick --json`
-    """
-    from millscale.prediction.of_report import predicted_numbers
-    from millscale.report.build import build_report
-    from millscale.workflow.without_engine import finish
-
-    for line in finish(runs):
-        typer.echo(line, err=True)
-    build_report(runs, predicted_numbers)
-    folder = runs / "report"
-    if as_json:
-        typer.echo((folder / "results.json").read_text(encoding="utf-8").rstrip("\n"))
-    else:
-        typer.echo(f"report: {folder / 'index.html'}")
-
-
+app.command()(report)
+app.command("open")(open_report)
+app.command()(compare)
+app.command()(export)
 app.command()(study)
 app.command()(advise)
 app.command()(predict)

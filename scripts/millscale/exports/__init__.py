@@ -1,0 +1,1 @@
+"""Finished cases as files of other programs: ParaView, OVITO, tables."""
