@@ -122,6 +122,21 @@ def _filling(case: Case) -> float | None:
     return 100.0 * case.charge.filling
 
 
+def _speed_changes(case: Case) -> str | None:
+    """Return the ramp and the steps of the speed: share of the speed, mill angles [rad]."""
+    return (
+        "; ".join(
+            f"{100.0 * ratio:.4g} % from {begin:.3g} to {begin + over:.3g} rad"
+            for begin, over, ratio in case.time.speed_changes
+        )
+        or None
+    )
+
+
+def _versions(case: Case) -> str:
+    return ", ".join(f"{name} {version}" for name, version in sorted(case.versions.items()))
+
+
 def _state(case: Case) -> str | None:
     return case.liner_state.name if case.liner_state else None
 
@@ -133,6 +148,7 @@ FACTS = (
     _of_mill("ends", "", lambda case: case.mill.ends),
     Fact(SPEED, "speed", "% of critical", lambda case: case.mill.percent_of_critical),
     Fact(SPEED, "speed", "rpm", lambda case: 30.0 * case.physical.omega_rad_s / math.pi),
+    Fact(SPEED, "ramp and changes", "", _speed_changes),
     Fact(LINER, "lifters", "", lambda case: float(case.physical.lifters)),
     Fact(
         LINER,
@@ -174,6 +190,7 @@ FACTS = (
     Fact(SETTING, "precision", "", lambda case: case.deck.precision),
     Fact(SETTING, "rolling model", "", lambda case: case.deck.rolling_model_pp),
     Fact(SETTING, "damping", "", lambda case: case.deck.tangential_damping),
+    Fact(SETTING, "versions", "", _versions),
 )
 
 

@@ -25,6 +25,7 @@ from millscale.report.figures import charge as charge_figures
 from millscale.report.figures import single_ball as figures
 from millscale.report.figures.energy_budget import energy_budget_figure
 from millscale.report.interactive import Chart, chart_of
+from millscale.report.vectors import write_vectors
 from millscale.runs.untrusted import RunFolderError
 
 DPI = 110
@@ -203,7 +204,9 @@ def save_image(figure: Figure, path: Path, caption: str) -> Image:
     canvas.draw()
     picture = Picture.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
     picture.save(path, compress_level=PNG_LEVEL)
-    return Image(path, caption, _data(picture), chart_of(figure))
+    image = Image(path, caption, _data(picture), chart_of(figure))
+    write_vectors(figure, layout, path.stem, caption)
+    return image
 
 
 def _data(picture: Picture.Image) -> str:

@@ -68,7 +68,7 @@ def _same_scaling(found: SideBySide) -> Trust:
     of_all = [kind for kind, count in kinds if kind is not None and count == sides]
     if of_all:
         names = list(dict.fromkeys(kind.text for kind in of_all))
-        more = f" and {counted(len(names) - 3, 'more')}" if len(names) > 3 else ""
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         return Trust(question, GOOD, f"all have {'; '.join(names[:3])}{more}")
     known = any(kind is not None for kind, _ in kinds)
     text = "no scaled mill is in all of them" if known else "no scaled mill is in two of them"

@@ -254,7 +254,9 @@ def load_sides(runs: Sequence[Path]) -> list[Side]:
     if len(set(names)) < len(names):
         names = [place.name for place in places]
     if len(set(names)) < len(names):
-        names = [str(folder) for folder in runs]
+        names = ["/".join(place.parts[-2:]) for place in places]
+    if len(set(names)) < len(names):
+        names = [str(place) for place in places]
     return [
         Side(name, campaign, tuple(replace(x, campaign=name) for x in campaign.charges))
         for name, campaign in zip(names, campaigns, strict=True)

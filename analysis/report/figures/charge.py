@@ -46,7 +46,7 @@ def charge_series(charges: Sequence[Charge], dimensionless: bool) -> Figure:
             divisor = f"/ {_SCALE_NAMES[scale]}" if dimensionless else f"[{unit}]"
             axes.set_ylabel(f"{name} {divisor}")
         for axes in panels[1]:
-            _ignore_start(axes)
+            ignore_start(axes)
         for axes in panels[-1]:
             axes.set_xlabel("mill rotation angle [rad]")
         handles, labels = panels[0, 0].get_legend_handles_labels()
@@ -73,7 +73,7 @@ def _looks(charges: Sequence[Charge]) -> dict[Charge, dict[str, Any]]:
     return looks
 
 
-def _ignore_start(axes: Axes) -> None:
+def ignore_start(axes: Axes) -> None:
     """Fit the axis to the curves without their first tenth, where the start has a large peak."""
     values = [
         line.get_ydata()[line.get_xdata() >= 0.1 * line.get_xdata()[-1]] for line in axes.lines

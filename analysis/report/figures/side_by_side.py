@@ -17,6 +17,7 @@ from millscale.analysis.charge.result import charge_scales
 from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.cross_section import liner_outline
 from millscale.analysis.shapes.shape import physical_unit_length
+from millscale.report.figures.charge import ignore_start
 from millscale.report.figures.single_ball import first_cycle
 from millscale.report.figures.style import LIGHTEST, STYLE
 from millscale.report.overview import QUANTITIES
@@ -67,6 +68,8 @@ def series(group: Group, colours: dict[str, str], physical: bool) -> Figure:
         for axes, (name, _, scale, unit, _) in zip(panels.flat, _PANELS, strict=True):
             in_unit = f"[{unit}]" if physical or scale == "balls" else f"/ {_SCALE_NAMES[scale]}"
             axes.set_ylabel(f"{name} {in_unit}")
+        for axes in panels.flat[1:3]:
+            ignore_start(axes)
         for axes in panels[-1]:
             axes.set_xlabel("mill rotation angle [rad]")
         _share_legend(figure, colours)
