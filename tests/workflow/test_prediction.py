@@ -35,6 +35,8 @@ def test_predictions_are_compared_with_the_measured_times(two):
     expected = run_time(one, one.time.steps, 1)
     took(runs, one, 2.0 * expected)
     assert errors(runs)[one.id] == pytest.approx((expected, 2.0 * expected))
+    assert error_line(runs).startswith("rotation of 1 case: ")
+    assert error_line(runs).endswith(" measured (2 times)")
     as_expected = run_time(other, other.time.steps, 1)
     took(runs, other, as_expected)
     line = error_line(runs)

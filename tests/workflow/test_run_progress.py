@@ -10,7 +10,14 @@ from rich.console import Console
 
 from millscale.engine.machine import Allocation
 from millscale.workflow.display import status_table, status_view
-from millscale.workflow.run_progress import SMOOTHING_S, Bar, RunProgress, SmoothedTimeLeft, percent
+from millscale.workflow.run_progress import (
+    LARGEST_DELAY,
+    SMOOTHING_S,
+    Bar,
+    RunProgress,
+    SmoothedTimeLeft,
+    percent,
+)
 from millscale.workflow.status import CaseStatus, share_done
 
 
@@ -62,7 +69,7 @@ def test_a_steady_estimate_counts_down():
 
 def test_an_estimate_that_jumps_back_and_forth_hardly_moves_the_time_left():
     left = SmoothedTimeLeft()
-    shown = [left(100.0 - now + (40.0 if now % 2 else 0.0), float(now)) for now in range(1, 60)]
+    shown = [left(200.0 - now + (40.0 if now % 2 else 0.0), float(now)) for now in range(1, 60)]
     steps = [one - other for one, other in pairwise(shown)]
     assert max(map(abs, steps)) < 1.0 + 40.0 / SMOOTHING_S
 
@@ -73,6 +80,12 @@ def test_a_lasting_change_is_followed():
     for now in range(1, 91):
         shown = left(300.0 - now, float(now))
     assert shown == pytest.approx(210.0, abs=200.0 * 2.0 ** (-90.0 / SMOOTHING_S))
+
+
+def test_of_a_run_that_stands_still_the_time_left_stays():
+    left = SmoothedTimeLeft()
+    shown = [left(8.0, float(now)) for now in range(200)]
+    assert min(shown) > (1.0 - LARGEST_DELAY) * 8.0 - 0.5
 
 
 def test_time_left_is_never_negative():

@@ -67,10 +67,10 @@ def error_line(runs: Path) -> str:
     predicted = sum(x for x, _ in pairs.values())
     measured = sum(x for _, x in pairs.values())
     farthest = max(pairs, key=lambda x: abs(math.log(pairs[x][0] / pairs[x][1])))
-    return (
-        f"rotation of {counted(len(pairs), 'case')}: {_compared(predicted, measured)}; farthest "
-        f"{farthest}: {_compared(*pairs[farthest])}"
-    )
+    line = f"rotation of {counted(len(pairs), 'case')}: {_compared(predicted, measured)}"
+    if len(pairs) == 1:
+        return line
+    return f"{line}; farthest {farthest}: {_compared(*pairs[farthest])}"
 
 
 def _compared(predicted: float, measured: float) -> str:

@@ -15,8 +15,9 @@ from millscale.runs.case_file import Case
 from millscale.workflow.predictions import time_left
 from millscale.workflow.status import CaseStatus, share_done
 
-# Time in which the end that is shown follows a new estimate [s].
-SMOOTHING_S = 15.0
+# Time in which the end that is shown follows a new estimate [s], and its largest share of the time
+# left: near the end of a run it follows at once.
+SMOOTHING_S, LARGEST_DELAY = 15.0, 0.25
 # Less time than this is not predicted: the last case is being analysed [s].
 _LEAST_S = 1.0
 
@@ -36,8 +37,9 @@ class SmoothedTimeLeft:
             now: of a steady clock [s].
         """
         end = now + estimate
-        if self._end is not None:
-            share = 1.0 - math.exp(-(now - self._at) / SMOOTHING_S)
+        delay = min(SMOOTHING_S, LARGEST_DELAY * estimate)
+        if self._end is not None and delay > 0.0:
+            share = 1.0 - math.exp(-(now - self._at) / delay)
             end = self._end + share * (end - self._end)
         self._end, self._at = end, now
         return max(0.0, end - now)
