@@ -11,6 +11,7 @@ from millscale.analysis.charge.result import charge_result
 from millscale.analysis.result_file import ChargeResult, SingleBallResult
 from millscale.analysis.shapes.segregation import segregation_of
 from millscale.analysis.single_ball.result import single_ball_result
+from millscale.analysis.wear.result import read_liner_loads_result
 from millscale.runs.case_file import Case, load_case
 from millscale.runs.case_folder import RESULT, SCHEMA, SERIES
 from millscale.runs.series import read_series
@@ -41,6 +42,8 @@ def _result(folder: Path, case: Case) -> SingleBallResult | ChargeResult:
         result = charge_result(case, series)
         window = result.mean_from_rad, result.mean_to_rad
         result = replace(result, segregation=segregation_of(folder, case, series, *window))
+    if case.deck.liner_loads == "on":
+        result = replace(result, liner_loads=read_liner_loads_result(folder, case))
     if case.deck.ledger != "on":
         return result
     with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):

@@ -186,6 +186,46 @@ class EnergyBudget:
 
 
 @dataclass(frozen=True)
+class LifterForce:
+    """Force of the balls on a lifter over a revolution, per length of the mill.
+
+    Attributes:
+        lifter: of a sector, in the direction of rotation.
+        largest_at_rad: place of the lifter's middle, from the vertical.
+        toe_rad, shoulder_rad: between which the force is high; None without a force.
+    """
+
+    lifter: int
+    mean_N_m: float
+    largest_N_m: float
+    largest_at_rad: float
+    toe_rad: float | None
+    shoulder_rad: float | None
+
+
+@dataclass(frozen=True)
+class LinerLoadsResult:
+    """Loads of the balls on the liner and its ends, means over the window of liner_loads.csv.
+
+    Attributes:
+        torque_Nm: of the balls on the mill about its axis; ends at rest count too.
+        slip_share: of each face in the slip work on the liner; None without slip.
+        lifters: of a sector; none of a liner without lifters.
+    """
+
+    from_rad: float
+    to_rad: float
+    duration_s: float
+    torque_Nm: float
+    slip_power_W: float
+    normal_dissipation_W: float
+    impacts_per_s: float
+    impact_power_W: float
+    slip_share: dict[str, float | None]
+    lifters: tuple[LifterForce, ...]
+
+
+@dataclass(frozen=True)
 class ChargeResult:
     """result.json of a multi-ball case.
 
@@ -199,6 +239,7 @@ class ChargeResult:
         ends: of end walls; None with periodic ends.
         liner_slip: of the balls on the liner; None where the series lacks it.
         segregation: radial index of each class of balls; None of one class.
+        liner_loads: None where none were recorded.
     """
 
     problem: str | None
@@ -217,11 +258,12 @@ class ChargeResult:
     ends: EndWalls | None = None
     liner_slip: float | None = None
     segregation: tuple[float, ...] | None = None
+    liner_loads: LinerLoadsResult | None = None
 
     def document(self) -> dict[str, Any]:
         """Return its content of result.json."""
         content = _as_json(asdict(self))
-        for absent in ("ledger", "ends", "segregation"):
+        for absent in ("ledger", "ends", "segregation", "liner_loads"):
             if content[absent] is None:
                 del content[absent]
         if self.torque_balance.resting_ends_Nm is None:

@@ -31,6 +31,7 @@
 #include "liggghts/run/fix_mill_forces.h"
 #include "liggghts/run/fix_mill_guard.h"
 #include "liggghts/run/fix_mill_restart.h"
+#include "liggghts/wall/fix_mill_liner_loads.h"
 #include "liggghts/wall/fix_wall_mill.h"
 #include "liggghts/wall/mesh_file.h"
 
@@ -112,6 +113,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/ledger"] = &create_fix<LAMMPS_NS::FixMillLedger>;
   fixes["mill/drive"] = &create_fix<LAMMPS_NS::FixMillDrive>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
+  fixes["mill/liner_loads"] = &create_fix<LAMMPS_NS::FixMillLinerLoads>;
   fixes["mill/detach/track"] = &create_fix<LAMMPS_NS::FixMillDetachTrack>;
 
   LAMMPS_NS::PairGranFast::add_to_engine();
@@ -139,6 +141,7 @@ void list_styles(std::ostream& out)
          "  fix mill/drive           work, torque and power of the drive, summed over all steps\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"
+         "  fix mill/liner_loads     loads on the liner by arc length, place and lifter, to files\n"
          "  compute mill/charge      energies, monitoring boxes, toe, shoulder, largest overlap of "
          "the "
          "charge\n"

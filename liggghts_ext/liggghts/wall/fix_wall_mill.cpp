@@ -25,6 +25,7 @@
 #include "liggghts/mill/fix_mill_similarity.h"
 #include "liggghts/mill/mill_of.h"
 #include "liggghts/pair/fix_contact_damping.h"
+#include "liggghts/wall/fix_mill_liner_loads.h"
 #include "liggghts/wall/style_liner.h"
 
 using namespace LAMMPS_NS;
@@ -48,6 +49,29 @@ constexpr double lower_end = -1.0, upper_end = -2.0;  // keys; those of the line
 
 /// Bits of the contacts of a ball.
 constexpr signed char on_groove = 1, on_wall = 2, several = 4;
+
+/// Return what a ball does to the liner in a step. axis: of the mill; torque: on the mill about the
+/// axis [N m]; begins: the contact is new.
+millscale::charge::LinerLoads loads_of(const contact::Contact<double>& on_wall,
+                                       const contact::ContactForce<double>& result,
+                                       const contact::EvaluatedContact& evaluated,
+                                       const millscale::Vector3<double>& axis, double torque,
+                                       double dt, bool begins)
+{
+  const double into = -dot(on_wall.velocity, on_wall.normal);
+  const double damping_force = result.normal_force - result.elastic_force;
+  millscale::charge::LinerLoads loads{
+      result.normal_force * dt, -dot(result.force, cross(on_wall.normal, axis)) * dt, torque * dt,
+      evaluated.slip_work(), damping_force * into * dt};
+  const double energy = begins ? evaluated.approach_energy() : 0.0;
+  if (!(energy > 0.0)) return loads;
+  const double along2 = dot(on_wall.velocity, on_wall.velocity) - into * into;
+  loads[millscale::charge::impacts] = 1.0;
+  loads[millscale::charge::impact_energy] = energy;
+  loads[millscale::charge::finnie_energy] =
+      millscale::charge::finnie_energy_of(on_wall.mass, into, std::sqrt(std::max(0.0, along2)));
+  return loads;
+}
 
 /// The groove's bit, or that of the other surfaces.
 signed char mark_of(const liner::Profile& profile, double key)
@@ -135,6 +159,10 @@ void FixWallMill::init()
     make_patches();
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
+    loads_ = nullptr;
+    for (int i = 0; i < modify->nfix; ++i)
+      if (auto* loads = dynamic_cast<FixMillLinerLoads*>(modify->fix[i]))
+        if (loads->wall_id() == id) loads_ = loads;
     // Created by the pair style, whose init runs before.
     damping_ = terms_.limited_damping ? first_fix<FixContactDamping>(modify) : nullptr;
   } catch (const std::invalid_argument& problem) {
@@ -246,6 +274,7 @@ const std::vector<kernels::WallForce>& FixWallMill::evaluate(const kernels::Wall
   forces_.clear();
   find_near();
   batch_.count = 0;
+  records_ = loads_ && loads_->begin_step(dt);
   const kernels::NearBalls near = near_.view();
   if (near.count > 0) fetch_ahead(0);
   for (int b = 0; b * block < near.count; ++b) {
@@ -432,7 +461,7 @@ void FixWallMill::evaluate_batch()
         torque_on_turning_[d] -= turns * batch_.moment[d][k];
         torque_on_ends_[d] -= of_end * batch_.moment[d][k];
       }
-      if (ledger_) add_to_budget(k);
+      if (ledger_ || records_) add_to_sums(k);
     }
     store_history(i, begin, k);
   }
@@ -457,9 +486,9 @@ void FixWallMill::store_history(int i, int begin, int end)
   touching_[i] = contacts;
 }
 
-/// Add contact k of the batch to the energy budget. The kernels do not evaluate the parts of a
-/// force, but the law gives the same bits here.
-void FixWallMill::add_to_budget(int k)
+/// Add contact k of the batch to the energy budget and to the loads of the liner. The kernels do
+/// not evaluate the parts of a force, but the law gives the same bits here.
+void FixWallMill::add_to_sums(int k)
 {
   const int i = batch_.ball[k];
   const liner::Patch& patch = patches_[batch_.patch[k]];
@@ -478,12 +507,21 @@ void FixWallMill::add_to_budget(int k)
   const auto result =
       contact::contact_force(on_wall, law_of_type_[batch_.law[k]], terms_, task_.dt, moves);
   const contact::EvaluatedContact evaluated(on_wall, result);
+  const bool begins = !continued_[k] && moves;
+  if (records_) {
+    const millscale::Vector3<double> arm = touch.arm;
+    const liner::Point centre{dot(arm, task_.frame.x), dot(arm, task_.frame.z)};
+    const double torque = -dot(of_batch(batch_.moment), task_.frame.axis);
+    loads_->add(atom->type[i], batch_.patch[k], centre,
+                loads_of(on_wall, result, evaluated, task_.frame.axis, torque, task_.dt, begins));
+  }
+  if (!ledger_) return;
   millscale::energy::ContactSums& sums = ledger_->on_wall();
   sums.store(evaluated, 1.0, moves);
   const auto spin = patch.turns * task_.frame.spin;
   sums.add_wall(i, evaluated, millscale::to_array(spin),
                 millscale::to_array(cross(spin, touch.arm)));
-  if (!continued_[k] && moves) sums.begin_contact(evaluated.approach_energy(), 1.0);
+  if (begins) sums.begin_contact(evaluated.approach_energy(), 1.0);
 }
 
 void FixWallMill::mark_contacts(std::vector<signed char>& marks, signed char wall,

@@ -18,6 +18,7 @@ namespace LAMMPS_NS {
 
 class FixContactDamping;
 class FixMillLedger;
+class FixMillLinerLoads;
 class FixMillSimilarity;
 
 /// The rotating liner as an analytic wall, with exact arcs or the mesh's polygon, and flat ends. It
@@ -44,6 +45,10 @@ class FixWallMill : public FixPerBallRows {
   /// Liner given by the arguments of the wall, used if the mill has none.
   millscale::liner::Widths widths() const;
   bool has_ends() const { return ends_.has_value(); }
+  /// Profile that the contacts follow, after `init`.
+  const millscale::liner::Profile& contact_profile() const { return finder_->profile(); }
+  /// Number of patches of the liner, after `init`; those of the ends follow.
+  int liner_patches() const { return static_cast<int>(finder_->patches().size()); }
 
   /// Return this rank's contribution to the torque on all surfaces that turn with the mill [N m].
   /// The torque is about the mill's origin, at the last evaluation of the forces.
@@ -101,11 +106,13 @@ class FixWallMill : public FixPerBallRows {
   void add_contact(int i, int patch);
   void evaluate_batch();
   void store_history(int i, int begin, int end);
-  void add_to_budget(int k);
+  void add_to_sums(int k);
 
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
-  FixMillLedger* ledger_ = nullptr;  ///< the energy budget, if there is one
+  FixMillLedger* ledger_ = nullptr;     ///< the energy budget, if there is one
+  FixMillLinerLoads* loads_ = nullptr;  ///< loads of the liner, if they are wanted
+  bool records_ = false;                ///< the contacts of this step count among the loads
   millscale::LinerArguments liner_arguments_;
   double chord_error_ = 0.0;  ///< of the grooves' polygon [m]; 0: exact arcs
   std::shared_ptr<const millscale::liner::Profile> liner_;  ///< exact arcs, or their chords

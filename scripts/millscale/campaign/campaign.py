@@ -186,6 +186,7 @@ class CampaignPart:
         charge: multi-ball only.
         speed_changes: of `_core.SpeedSchedule`, in the mill's angle.
         ledger: keeps account of the energy; multi-ball only.
+        liner_loads: records the loads of the balls on the liner; multi-ball only.
     """
 
     kind: Kind
@@ -200,6 +201,7 @@ class CampaignPart:
     restart_angle: float
     charge: Charge | None
     ledger: bool = False
+    liner_loads: bool = False
     speed_changes: tuple[SpeedChange, ...] = ()
 
 

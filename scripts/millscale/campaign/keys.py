@@ -366,6 +366,9 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "flag", "energy budget, ledger.csv; contacts then take several times longer",
             False,
         ),
+        "liner_loads": Key(
+            "flag", "loads of the balls on the liner, liner_loads.csv, for its wear", False
+        ),
         "porosity": Key(
             "number", "void fraction of the bed, to count the balls of a filling",
             0.4, above=0.0, most=0.9,

@@ -56,6 +56,7 @@ def build_part(path: Path, name: str, sections: Mapping[str, Any], mill: Mill) -
         restart_angle=section["restart_angle_rad"],
         charge=None if single else _charge(path, sections, ratios, mill),
         ledger=not single and _ledger(path, sections),
+        liner_loads=not single and _liner_loads(path, sections),
         speed_changes=changes,
     )
 
@@ -90,6 +91,19 @@ def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
                 f'got true with {section}.{key} = "{got}", which keeps no account of energy',
                 f'{section}.{key} = "{ours}", or ledger = false',
             )
+    return wanted
+
+
+def _liner_loads(path: Path, sections: Mapping[str, Section]) -> bool:
+    """Return whether the loads on the liner are wanted; only our wall records them."""
+    wanted, got = bool(sections["multi_ball"]["liner_loads"]), sections["wall"]["kind"]
+    if wanted and got != "analytic":
+        raise CampaignError(
+            path,
+            "multi_ball.liner_loads",
+            f'got true with wall.kind = "{got}", which records no loads',
+            'wall.kind = "analytic", or liner_loads = false',
+        )
     return wanted
 
 

@@ -80,6 +80,7 @@ def deck_part(terms: list[Term], campaign: Campaign, part: CampaignPart) -> Deck
         wall_damping=DAMPINGS[wall] if part.kind == "multi-ball" else None,
         precision=contacts.precision,
         ledger="on" if part.ledger else "off",
+        liner_loads="on" if part.liner_loads else "off",
     )
 
 

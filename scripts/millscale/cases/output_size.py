@@ -17,6 +17,9 @@ SETTLED_BALL = 600  # settled.restart, of which DIR/settled keeps a copy
 MOVING_BALL = 1000  # a restart file of the turning mill; the last two are kept
 OCCUPANCY = 640_000
 LEDGER_ROW, IMPACTS = 650, 20_000
+# Most rows of liner_loads.csv and lifter_loads.csv for each class of balls: 130 bins in 190 places
+# and in 100 sectors.
+LINER_LOADS = 220 * 130 * (190 + 100)
 TRIANGLE = 350  # liner.stl and liner.vtp
 LOG_LINE = 60  # in log.STAGE and in out.STAGE
 FIXED = 150_000  # decks, records, the rest of the logs
@@ -35,6 +38,8 @@ def output_bytes(case: Case) -> int:
         total += (time.steps // output.dump_steps + 2) * (DUMP_HEAD + DUMPED_BALL * balls)
     if case.deck.ledger == "on":
         total += LEDGER_ROW * rows + IMPACTS
+    if case.deck.liner_loads == "on":
+        total += LINER_LOADS * max(1, len(case.ball.classes or ()))
     if kind == "multi-ball":
         total += OCCUPANCY + (PACKED_BALL + 2 * SETTLED_BALL + 2 * MOVING_BALL) * balls
     return total

@@ -50,6 +50,7 @@ from millscale.cli.report import report
 from millscale.cli.solve import solve
 from millscale.cli.study import study
 from millscale.cli.validate import validate
+from millscale.cli.wear import wear
 from millscale.engine.environment import TIME_LIMIT_VARIABLE
 from millscale.engine.machine import CoreWish
 from millscale.errors import CampaignError, EngineError, PredictionError
@@ -308,6 +309,7 @@ app.command()(advise)
 app.command()(predict)
 app.command()(solve)
 app.command()(calibrate)
+app.command()(wear)
 app.add_typer(bench, name="bench")
 app.add_typer(analyse, name="analyse")
 app.add_typer(validate, name="validate")

@@ -264,6 +264,7 @@ class Deck(Section, frozen=True, forbid_unknown_fields=True):
     wall_damping: Word | None = None
     precision: Precision = "double"
     ledger: Switch = "off"
+    liner_loads: Switch = "off"
 
 
 class Domain(Section, frozen=True):

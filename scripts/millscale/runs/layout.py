@@ -18,6 +18,8 @@ BED_DUMP = "settled.dump"
 PROFILE_FILE = "liner_profile.csv"
 # Written where the decks compute the energy budget.
 LEDGER_FILES = ("impacts.csv", "ledger.csv")
+# Written where the decks record the loads on the liner.
+LOADS_FILES = ("lifter_loads.csv", "liner_loads.csv")
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from millscale.runs.layout import (
     BED_DUMP,
     DUMP_FOLDER,
     LEDGER_FILES,
+    LOADS_FILES,
     PROFILE_FILE,
     RESULT_FILE,
     STAGES,
@@ -212,11 +213,12 @@ def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
 
 
 def inputs_of(stage: Stage, folder: Path) -> list[str]:
-    """Return the files that a stage reads, with those its deck includes and the energy budget."""
+    """Return the files that a stage reads, with those its deck includes, the energy budget and the
+    loads on the liner."""
     included = with_included((stage.deck,), folder) if stage.deck else []
     profile = _profile(folder) if stage.deck else []
-    ledger = LEDGER_FILES if stage.name == "result" else ()
-    return sorted({*stage.inputs, *included, *profile, *ledger})
+    more = (*LEDGER_FILES, *LOADS_FILES) if stage.name == "result" else ()
+    return sorted({*stage.inputs, *included, *profile, *more})
 
 
 def _engine_inputs(stage: Stage, folder: Path) -> list[Path]:

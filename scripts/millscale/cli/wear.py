@@ -1,0 +1,62 @@
+"""`millscale wear`: the worn liner of the physical mill, for the next campaign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from millscale.cli.options import RunsArgument
+
+
+def wear(
+    runs: RunsArgument,
+    hours: Annotated[float, typer.Option("--hours", metavar="H", help="Hours of operation [h].")],
+    constant: Annotated[
+        float,
+        typer.Option("--constant", metavar="K", help="Worn volume over energy [m^3/J]."),
+    ],
+    to: Annotated[Path, typer.Option("--to", metavar="CSV", help="File for the worn profile.")],
+    law: Annotated[
+        str, typer.Option(metavar="LAW", help="archard: slip work; finnie: impacts at an angle.")
+    ] = "archard",
+    ratio: Annotated[
+        float | None,
+        typer.Option("--S", metavar="S", help="Scaled mill to read; default: the smallest S."),
+    ] = None,
+    smoothing: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Smoothing of the depth [m]; default: the ball radius."),
+    ] = None,
+    plate: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Thickness between the lifters [m]; default: no limit."),
+    ] = None,
+) -> None:
+    """Wear the liner of the physical mill by the loads of a scaled mill; write its profile.
+
+    The campaign of DIR needs `liner_loads = true` in [multi_ball]. The next campaign takes the
+    file with `[liner] profile`; its first lines state radius_m and turns. See docs/guide/wear.md.
+
+    Example: `millscale wear runs/sag --hours 500 --constant 4e-13 --to worn.csv`
+    """
+    from millscale.analysis.wear.rate import LAWS
+    from millscale.analysis.wear.worn_liner import WearWish, worn_liner_of
+    from millscale.errors import CampaignError
+    from millscale.runs.writing import write_text
+
+    if law not in LAWS:
+        raise CampaignError("millscale wear", "--law", f'got "{law}"', " or ".join(LAWS))
+    wish = WearWish(law, hours, constant, ratio, smoothing, plate)
+    found = worn_liner_of(runs, wish)
+    worn, first = found.worn, found.charges[0]
+    about = f"{law}, k = {constant:g} m^3/J, {hours:g} h, of {first.id}"
+    write_text(to, worn.text(about))
+    for warning in found.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    typer.echo(f"{to}: {about}")
+    typer.echo(f"  deepest wear {1e3 * worn.deepest:.3g} mm")
+    typer.echo(f"  lifter height {1e3 * found.height:.4g} -> {1e3 * worn.height:.4g} mm")
+    typer.echo(f"  for the next campaign: radius_m = {worn.radius:.9g} in [mill], and in [liner]")
+    typer.echo(f'  profile = "{to.name}", turns = "counter-clockwise"')
