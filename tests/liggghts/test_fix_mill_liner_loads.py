@@ -180,7 +180,8 @@ def test_other_bins_than_those_of_the_restart_file_are_refused(tmp_path):
     deck = bed_deck(tmp_path, "fast", OPTIONS, edit=LOADS)
     assert run(tmp_path, deck + "run 20\nwrite_restart half.restart\n").code == 0
     properties = with_contacts(material(0.02, DT), "fast", OPTIONS)
-    drive = wall_and_drive(S, "constant-gravity", analytic_wall(S), "now", "")
+    lifters = f"lifters 25 lifter_top_radius {3.61 / S!r}"
+    drive = wall_and_drive(S, "constant-gravity", analytic_wall(S), "now", lifters)
     again = f"{HEAD}read_restart half.restart\n{properties}{drive}"
     result = run(tmp_path, again + LOADS.replace("to 1", "to 1 bins 7") + "run 20\n")
     assert "the restart file holds 1 classes, 25 sectors of" in result.error

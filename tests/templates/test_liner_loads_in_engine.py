@@ -16,6 +16,18 @@ STUDY = CHARGE | {"count": [300], "settle_s": 0.11, "rotation_angle_rad": 0.3}
 LOADS = STUDY | {"liner_loads": True}
 
 
+def one_case(folder, study, wall="analytic"):
+    """Return the case of a charge in one scaled mill."""
+    return cases(
+        folder,
+        scaling__S=[2.6],
+        scaling__schemes=["constant-gravity"],
+        wall__kind=wall,
+        single_ball=None,
+        multi_ball=study,
+    )[0]
+
+
 @pytest.mark.engine
 def test_the_decks_record_the_loads_on_request(tmp_path):
     kept = ran(tmp_path / "kept", "analytic", {"multi_ball": LOADS}, NOTHING_FORCED)
@@ -39,12 +51,12 @@ def test_the_decks_record_the_loads_on_request(tmp_path):
 
 def test_a_mesh_wall_records_no_loads(tmp_path):
     with pytest.raises(CampaignError, match=r"multi_ball\.liner_loads: got true with wall\.kind"):
-        cases(tmp_path, wall__kind="mesh", single_ball=None, multi_ball=LOADS)
+        one_case(tmp_path, LOADS, wall="mesh")
 
 
 def test_cases_without_the_key_stay_as_they_were(tmp_path):
     without, off, on = (
-        cases(tmp_path, wall__kind="analytic", single_ball=None, multi_ball=STUDY | key)[0]
+        one_case(tmp_path, STUDY | key)
         for key in ({}, {"liner_loads": False}, {"liner_loads": True})
     )
     assert without.digest == off.digest != on.digest
