@@ -70,12 +70,13 @@ class _AtAngle:
 def measure(charges: Sequence[Charge], pairs: Iterable[Pair]) -> Measured:
     """Return charges measured by themselves and in pairs.
 
-    Reads each dump once. A process holds the shapes of one mill angle at a time, besides those to
-    draw.
+    Reads each dump once, and of those before the steady part only what is drawn or compared as the
+    last. A process holds the shapes of one mill angle at a time, besides those to draw.
     """
     measured = Measured(problems={charge: [] for charge in charges})
     snapshots = {charge: _snapshots(charge, measured) for charge in charges}
     kept, every = _kept_angles(list(snapshots.values())), list(pairs)
+    snapshots = _needed(snapshots, kept, every)
     numbers: dict[tuple[Charge, str], ByAngle] = {}
     errors: dict[Pair, dict[float, dict[str, Value]]] = {pair: {} for pair in every}
     angles = sorted(set().union(*snapshots.values()))
@@ -97,6 +98,19 @@ def measure(charges: Sequence[Charge], pairs: Iterable[Pair]) -> Measured:
     for pair, by_angle in errors.items():
         measured.errors[pair] = _pair_errors(pair, by_angle, numbers)
     return measured
+
+
+def _needed(
+    snapshots: Mapping[Charge, dict[float, Snapshot]], kept: set[float], pairs: Sequence[Pair]
+) -> dict[Charge, dict[float, Snapshot]]:
+    """Return the dumps in the steady part of each charge, at the angles to draw, and at the last
+    angle that two charges have in common."""
+    common = [snapshots[ours].keys() & snapshots[theirs].keys() for ours, theirs in pairs]
+    wanted = kept | {max(angles) for angles in common if angles}
+    return {
+        charge: {x: s for x, s in found.items() if x >= charge.steady_from or x in wanted}
+        for charge, found in snapshots.items()
+    }
 
 
 def _measure_at(

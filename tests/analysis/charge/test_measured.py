@@ -4,13 +4,17 @@ from dataclasses import dataclass
 
 import pytest
 
+from millscale.analysis.charge import measured as module
 from millscale.analysis.charge.measured import _pair_errors, measure
 from millscale.analysis.charge.pair_errors import errors_of_dumps
 from millscale.analysis.finished import Charge
+from millscale.analysis.finished_campaign import load_campaign
 from millscale.analysis.measures import NUMBERS, QUANTITIES, Taken
 from millscale.runs.case_folder import load_finished
+from millscale.runs.dumps import read_dump
 from synthetic_case import finish_case
 from synthetic_charge import write_charge
+from synthetic_result import with_result
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,28 @@ def test_every_quantity_that_is_compared_has_a_mean_to_show_or_errors():
     for quantity in QUANTITIES:
         assert quantity.name in numbers or quantity.errors
         assert quantity.is_number or quantity.taken is not Taken.AVERAGED
+
+
+def test_dumps_before_the_steady_part_are_read_only_if_they_are_drawn_or_compared(
+    runs, monkeypatch
+):
+    charges = [with_result(x, mean_from_rad=0.7) for x in load_campaign(runs).charges]
+    read = []
+
+    def noted(path):
+        read.append(path)
+        return read_dump(path)
+
+    monkeypatch.setattr(module, "read_dump", noted)
+    monkeypatch.setattr(module, "forked", lambda work, items: [work(x) for x in items])
+    monkeypatch.setattr(module, "SHAPES_KEPT", 1)  # the last angle, 1 rad
+    whole = measure(charges, [tuple(charges)])
+    assert len(read) == 2 and list(whole.shapes) == [pytest.approx(1.0)]
+    monkeypatch.setattr(module, "SHAPES_KEPT", 4)  # both angles
+    measured = measure(charges, [tuple(charges)])
+    assert len(read) == 2 + 4
+    assert measured.numbers == whole.numbers
+    assert measured.errors[tuple(charges)] == whole.errors[tuple(charges)]
 
 
 def test_missing_dumps_are_one_problem_and_leave_other_numbers(tmp_path):
