@@ -72,7 +72,7 @@ class Campaign:
         fits = self.fits if self.of_paper else []
         return campaign_checks(self.rows, fits, self.charges, self.missing)
 
-    @property
+    @cached_property
     def of_paper(self) -> bool:
         """Return whether the physical mill is the paper's, whose numbers are shown then."""
         return all(paper.is_papers_mill(case.case) for case in self.cases)
