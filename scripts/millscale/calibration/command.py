@@ -66,7 +66,7 @@ class CalibrateCall:
 def plan_lines(file: Path) -> list[str]:
     """Return the runs of a calibration and their predicted time; writes no file."""
     calibration = load_calibration(file)
-    middle = [float(one.value(np.float64(0.5))) for one in calibration.parameters]
+    middle = [float(one.value(np.array(0.5))) for one in calibration.parameters]
     settings = calibration.settings("sample", "", middle)
     rows = [row for setting in settings.values() for row in plan_rows(setting.campaign)]
     each = sum(row["predicted_wall_time_s"] for row in rows)

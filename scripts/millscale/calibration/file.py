@@ -163,7 +163,7 @@ def load_calibration(path: str | Path) -> CalibrationFile:
         cause = f"{found.samples} samples for {count} parameters"
         raise CampaignError(path, "calibration.samples", cause, f"at least {count + 2}")
     for end in (0.0, 1.0):
-        values = [float(one.value(np.float64(end))) for one in parameters]
+        values = [float(one.value(np.array(end))) for one in parameters]
         for setting in found.settings("calibrated", "", values).values():
             _check_one_mill(path, setting)
     return found

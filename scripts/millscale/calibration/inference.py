@@ -388,7 +388,8 @@ def _best(models: Sequence[TargetModel], particles: np.ndarray) -> np.ndarray:
     """Return the mean of the particles, or the particle of the least misfit where the mean of a
     bent or divided density does not fit: by more than one for each parameter."""
     mean = particles.mean(axis=0)
-    misfit = sum(model.misfit(np.vstack([particles, mean])) for model in models)
+    misfits = [model.misfit(np.vstack([particles, mean])) for model in models]
+    misfit = np.sum(misfits, axis=0)
     least = int(np.argmin(misfit[:-1]))
     return mean if misfit[-1] <= misfit[least] + len(mean) else particles[least]
 
