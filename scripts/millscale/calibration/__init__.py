@@ -1,1 +1,1 @@
-"""Calibration: contact parameters with which a mill agrees with what was measured."""
+"""Calibration: contact parameters with which a mill agrees with measurements or another mill."""

@@ -134,19 +134,18 @@ def _to_another_mill(
     as_json: bool,
 ) -> None:
     """Match the friction of a scaled mill to another."""
-    from millscale.prediction.calibrate import calibrate as run_and_match
-    from millscale.prediction.calibrate import mills_of
-    from millscale.prediction.calibration_table import calibration_lines, calibration_table
+    from millscale.calibration.matched_mills import match_friction, mills_of
+    from millscale.calibration.matched_mills_table import friction_lines, friction_table
 
     scene = mills_of(file, *mills)
     with resumable():
-        found = run_and_match(scene, runs, wish, ignore_disk, console_of(stderr=as_json))
+        found = match_friction(scene, runs, wish, ignore_disk, console_of(stderr=as_json))
     if found is None:
         raise typer.Exit(EXIT_FAILED)
     if as_json:
         typer.echo(json.dumps(found.document(), indent=1))
         return
     console = console_of()
-    console.print(calibration_table(found))
-    for line in calibration_lines(found):
+    console.print(friction_table(found))
+    for line in friction_lines(found):
         console.print(line, markup=False, highlight=False)

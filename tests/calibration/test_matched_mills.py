@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from millscale.calibration import matched_mills
 from millscale.campaign.build import load_campaign
 from millscale.cases.case import cases_of
 from millscale.cli.main import app
 from millscale.errors import CampaignError
-from millscale.prediction import calibrate
 from millscale.runs.case_digest import differing_keys
 from millscale.runs.layout import CASES_FOLDER
 from paper_campaign import write_campaign as write_file
@@ -63,7 +63,7 @@ def cases_in(text, folder):
 )
 def test_the_reference_as_physical_mill_leaves_both_mills_as_they_are(tmp_path, changes):
     file = campaign(tmp_path, **changes)
-    text = calibrate.mills_of(file, NEAR, FAR).campaign_text((0.0, 2.0))
+    text = matched_mills.mills_of(file, NEAR, FAR).campaign_text((0.0, 2.0))
     found = {(x.policy, x.S > 1.0, x.seed): x for x in cases_in(text, tmp_path)}
     as_paper = changes | {"scaling__policies": ["paper"], "scaling__friction_exponent": 1.0}
     if "seeds_from_S" in as_paper.get("multi_ball", {}):
@@ -81,7 +81,7 @@ def test_the_reference_as_physical_mill_leaves_both_mills_as_they_are(tmp_path, 
 
 
 def test_the_other_mill_has_the_friction_of_its_exponent(tmp_path):
-    mills = calibrate.mills_of(campaign(tmp_path), NEAR, FAR)
+    mills = matched_mills.mills_of(campaign(tmp_path), NEAR, FAR)
     (case,) = cases_in(mills.campaign_text((1.17,)), tmp_path)
     assert case.material.static_friction_pp == pytest.approx(0.545 * 2.0**-1.17, rel=1e-12)
     begin = cases_in(mills.campaign_text((0.0, 2.0)), tmp_path)
@@ -98,12 +98,12 @@ def test_the_other_mill_has_the_friction_of_its_exponent(tmp_path):
 )
 def test_a_campaign_without_two_scaled_mills_is_refused(tmp_path, changes, arguments, message):
     with pytest.raises(CampaignError, match=message):
-        calibrate.mills_of(campaign(tmp_path, **changes), *arguments)
+        matched_mills.mills_of(campaign(tmp_path, **changes), *arguments)
 
 
 def test_a_campaign_without_a_charge_is_refused(tmp_path):
     with pytest.raises(CampaignError, match=r"a charge, \[multi_ball\]"):
-        calibrate.mills_of(write_file(tmp_path))
+        matched_mills.mills_of(write_file(tmp_path))
 
 
 def columns_of(case, noise):
@@ -137,7 +137,7 @@ def engine(monkeypatch):
         write_campaign(asked.runs, [case.id for case in asked.cases])
         return True
 
-    monkeypatch.setattr(calibrate, "run_campaign", run)
+    monkeypatch.setattr(matched_mills, "run_campaign", run)
     return ran
 
 
@@ -194,7 +194,7 @@ def test_what_matching_makes_worse_is_warned_of(tmp_path, engine):
 
 @pytest.mark.parametrize(("chance", "is_worse"), [(0.03, False), (0.005, True), (None, True)])
 def test_worse_is_what_the_noise_does_not_explain(chance, is_worse):
-    row = calibrate.Observable("kinetic", 1.0, {0.0: 1.01, 1.2: 0.98}, chance)
+    row = matched_mills.Observable("kinetic", 1.0, {0.0: 1.01, 1.2: 0.98}, chance)
     assert row.is_worse_at(1.2) == is_worse
     assert not row.is_worse_at(0.0)
 
@@ -208,7 +208,7 @@ def with_drift(monkeypatch, seeds):
             columns["centre_x_m"] *= 1.0 + 0.05 * columns["mill_angle_rad"]
         return columns
 
-    monkeypatch.setattr("test_calibrate.columns_of", drifting)
+    monkeypatch.setattr("test_matched_mills.columns_of", drifting)
 
 
 def test_seeds_that_are_not_steady_are_left_out(tmp_path, engine, monkeypatch):

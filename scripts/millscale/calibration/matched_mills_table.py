@@ -1,4 +1,4 @@
-"""A calibration as a table and lines for the terminal."""
+"""The friction exponent of a mill as a table and lines for the terminal."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from rich.table import Table
 
 from millscale.analysis.measures import NUMBERS, Quantity
+from millscale.calibration.matched_mills import MatchedFriction
 from millscale.campaign.keys import FRICTION_MATCHED
 from millscale.formats import NONE, number, percent
-from millscale.prediction.calibrate import Calibration
 
 _QUANTITIES = {quantity.name: quantity for quantity in NUMBERS}
 
 
-def calibration_table(found: Calibration) -> Table:
+def friction_table(found: MatchedFriction) -> Table:
     """Return the reference's values and by k the differences of the other mill from them."""
     table = Table(
         title=f"S = {found.far:g} at friction exponents k, differences from S = {found.near:g}",
@@ -43,7 +43,7 @@ def calibration_table(found: Calibration) -> Table:
     return table
 
 
-def calibration_lines(found: Calibration) -> Iterator[str]:
+def friction_lines(found: MatchedFriction) -> Iterator[str]:
     """Yield what stands below the table: the exponent, its check, the lines of a campaign file."""
     matched, confirmed = found.match, found.confirmed_at
     yield (

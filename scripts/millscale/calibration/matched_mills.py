@@ -18,6 +18,13 @@ from rich.console import Console
 from millscale.analysis.charge.measured import measure
 from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.comparison import curve_distances
+from millscale.calibration.friction_exponent import (
+    LARGEST_EXPONENT,
+    Match,
+    exponent_of,
+    largest_chance,
+    match,
+)
 from millscale.campaign.build import campaign_of
 from millscale.campaign.keys import ADVISED, FRICTION_MATCHED
 from millscale.campaign.reader import campaign_tree
@@ -29,13 +36,6 @@ from millscale.errors import CampaignError, PredictionError
 from millscale.formats import duration
 from millscale.prediction.contour import mean_contour
 from millscale.prediction.extrapolation import Group
-from millscale.prediction.friction_exponent import (
-    LARGEST_EXPONENT,
-    Match,
-    exponent_of,
-    largest_chance,
-    match,
-)
 from millscale.prediction.noise import noise_of
 from millscale.prediction.selection import usable_charges
 from millscale.runs.case_file import Case
@@ -127,7 +127,7 @@ class Observable:
 
 
 @dataclass(frozen=True)
-class Calibration:
+class MatchedFriction:
     """The friction exponent of a mill.
 
     Attributes:
@@ -346,9 +346,9 @@ def _as_physical(tree: Tree, case: Case, settling: float) -> Tree:
     return tree
 
 
-def calibrate(
+def match_friction(
     mills: Mills, runs: Path, cores: CoreWish, ignore_disk: bool, console: Console
-) -> Calibration | None:
+) -> MatchedFriction | None:
     """Run what is missing and return the friction exponent; None if a case failed.
 
     Raises:
@@ -364,7 +364,7 @@ def calibrate(
             found.read(folder, exponents)
             matched, noise_from = found.match()
             if matched.next_exponent is None:
-                result = Calibration(
+                result = MatchedFriction(
                     mills.near,
                     mills.far,
                     mills.scheme,

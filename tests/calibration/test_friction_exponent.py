@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from millscale.calibration.friction_exponent import match
 from millscale.errors import PredictionError
 from millscale.prediction.extrapolation import Group, Noise
-from millscale.prediction.friction_exponent import match
 
 REFERENCE = 0.37
 NOISE = Noise(1e-4, math.inf)
