@@ -3,15 +3,19 @@
 import json
 import math
 import re
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
 
 from millscale.analysis.charge.measured import measure
+from millscale.analysis.finished_campaign import load_campaign
 from millscale.cli.main import app
 from millscale.errors import PredictionError
+from millscale.prediction.of_report import predicted_numbers
 from millscale.prediction.predict import predict, predict_charges
 from millscale.prediction.selection import usable_charges
+from millscale.report.overview import LEVEL
 from paper_campaign import REPOSITORY
 from synthetic_mills import BALLS_AT_1, SEEDS, TORQUE, charge_case, write_mills
 
@@ -40,6 +44,19 @@ def test_power_and_torque_of_the_whole_mill_are_in_their_units(mills):
     assert abs(power.value / power.check - 1.0) < 0.02
     nearest = next(value for value in power.measured if value.S == 1.696)
     assert abs(power.value - power.check) < 0.5 * abs(nearest.mean - power.check)
+
+
+def test_the_report_has_the_numbers_of_the_prediction(mills):
+    campaign = load_campaign(mills)
+    found = {x.name: (x.value, x.half_width) for x in predicted_numbers(campaign)}
+    expected = {
+        name: (x.value, x.half_width)
+        for name, x in named(predict([mills], level=LEVEL)).items()
+        if x.value is not None and x.half_width is not None
+    }
+    assert "power" in found and found == expected
+    one_S = replace(campaign, charges=[x for x in campaign.charges if x.S == 2.6])
+    assert predicted_numbers(one_S) == []
 
 
 def test_specific_power_is_kilowatts_over_tonnes(mills):

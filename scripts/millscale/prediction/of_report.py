@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from millscale.analysis.finished_campaign import Campaign
 from millscale.errors import PredictionError
-from millscale.prediction.predict import predict
+from millscale.prediction.predict import predict_numbers
 from millscale.report.overview import LEVEL, Predicted
 
 
@@ -14,11 +14,11 @@ def predicted_numbers(campaign: Campaign) -> list[Predicted]:
     if len({charge.S for charge in campaign.charges}) < 2:
         return []
     try:
-        prediction = predict([campaign.runs], level=LEVEL)
+        numbers = predict_numbers(campaign.charges, campaign.comparison.measured.numbers, LEVEL)
     except PredictionError:
         return []
     return [
         Predicted(row.observable.name, row.value, row.half_width)
-        for row in prediction.numbers
+        for row in numbers
         if row.value is not None and row.half_width is not None
     ]

@@ -39,6 +39,7 @@ from millscale.prediction.selection import (
     usable_charges,
     warnings_of,
     warnings_of_order,
+    why_not_usable,
 )
 from millscale.runs.untrusted import RunFolderError
 
@@ -81,6 +82,17 @@ def _chosen(
 ) -> tuple[list[Charge], list[Charge], dict[str, str]]:
     """Return the charges to use, those to compare with, and why others are not used, by id."""
     charges, excluded = usable_charges(folders)
+    return *_chosen_of(charges, excluded, scheme, policy, leave_out_physical), excluded
+
+
+def _chosen_of(
+    charges: Sequence[Charge],
+    excluded: Mapping[str, str],
+    scheme: str | None = None,
+    policy: str | None = None,
+    leave_out_physical: bool = False,
+) -> tuple[list[Charge], list[Charge]]:
+    """Return which of the usable charges to use, and those to compare with."""
     scheme, policy = chosen_scaling(charges, scheme, policy, excluded)
     wanted = [
         charge
@@ -97,7 +109,32 @@ def _chosen(
     used = [x for x in wanted if not (leave_out_physical and x.case.is_physical)]
     check_scaled_mills(used, excluded)
     check_spread(used)
-    return used, [charge for charge in wanted if charge not in used], excluded
+    return used, [charge for charge in wanted if charge not in used]
+
+
+def predict_numbers(
+    charges: Sequence[Charge],
+    values: Mapping[Charge, Mapping[str, float | None]],
+    level: float = 0.95,
+) -> list[PredictedNumber]:
+    """Return the numbers of `predict` alone, from finished charges that are measured.
+
+    Args:
+        values: of each charge, by the name of the quantity (`measured.measure`).
+
+    Raises:
+        PredictionError: as of `predict`.
+    """
+    why = {charge: why_not_usable(charge) for charge in charges}
+    usable = sorted((x for x in charges if not why[x]), key=lambda x: (x.S, x.seed))
+    excluded = {charge.id: reason for charge, reason in why.items() if reason}
+    used, _ = _chosen_of(usable, excluded)
+    mill = _physical_mill(used)
+    return [_predicted(row, used, values, mill, level) for row in observables_of(used)]
+
+
+def _physical_mill(used: Sequence[Charge]) -> PhysicalMill:
+    return physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
 
 
 def predict_charges(
@@ -115,7 +152,7 @@ def predict_charges(
         values: of each charge, by the name of the quantity (`measured.measure`).
         excluded: charges that are not used, and why, by id.
     """
-    mill = physical_mill(used[0].case, _mean(balls_per_length(charge.case) for charge in used))
+    mill = _physical_mill(used)
     numbers = [_predicted(row, used, values, mill, level) for row in observables_of(used)]
     if left_out:
         numbers = [_with_check(number, left_out, values) for number in numbers]

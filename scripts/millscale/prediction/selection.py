@@ -53,15 +53,18 @@ def usable_charges(
         campaign = load_campaign(folder)
         excluded |= {name: why for name, why in campaign.missing.items() if name.startswith("mb-")}
         for charge in campaign.charges:
-            if every:
-                charges.append(charge)
-            elif why := outside_range(charge.case):
-                excluded[charge.id] = why
-            elif charge.result.steady.is_steady:
+            if every or not (why := why_not_usable(charge)):
                 charges.append(charge)
             else:
-                excluded[charge.id] = "; ".join(charge.result.steady.reasons)
+                excluded[charge.id] = why
     return sorted(charges, key=lambda charge: (charge.S, charge.seed)), excluded
+
+
+def why_not_usable(charge: Charge) -> str:
+    """Return why a finished charge is not used; empty if it is."""
+    steady = charge.result.steady
+    why = "" if steady.is_steady else "; ".join(steady.reasons) or "not steady"
+    return outside_range(charge.case) or why
 
 
 def chosen_scaling(
