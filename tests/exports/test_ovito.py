@@ -46,6 +46,7 @@ def test_frames_hold_the_dumps_with_radii_and_the_liner_turns(throws, tmp_path):
         assert_allclose(columns["pos"], dump.positions, rtol=1e-8)
         assert_allclose(columns["radius"][:, 0], dump["radius"])
         assert_allclose(columns["id"][:, 0], dump["id"])
+        assert_allclose(columns["type"][:, 0], dump["type"])
         assert_allclose(columns["last_lifter"][:, 0], dump["c_detach[24]"])
         assert float(about["mill_angle_rad"]) == np.float64(f"{snapshot.mill_angle:.9g}")
         assert int(about["Timestep"]) == dump.step

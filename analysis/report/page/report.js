@@ -92,7 +92,7 @@
     const image = figure.querySelector("img");
     const plot = document.createElement("div");
     plot.className = "plot";
-    plot.setAttribute("role", "img");
+    plot.setAttribute("role", "group");
     plot.setAttribute("aria-label", image.alt + " (interactive)");
     image.before(plot);
     Plotly.newPlot(plot, tracesOf(chart), layoutOf(chart, figure.clientWidth), config);

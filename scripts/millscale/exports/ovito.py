@@ -17,7 +17,7 @@ BALLS = "charge.xyz"
 # Columns of the extended XYZ format, by those of a dump: name, kind, digits.
 _POSITION = ("x", "y", "z")
 _VELOCITY = ("vx", "vy", "vz")
-_WHOLE = ("id", "class", "state", "flight_count", "flight_lifter", "from_outermost_layer",
+_WHOLE = ("id", "type", "state", "flight_count", "flight_lifter", "from_outermost_layer",
           "last_lifter")  # fmt: skip
 
 
@@ -44,8 +44,11 @@ def _frame(moment: Moment, case: Case) -> tuple[str, np.ndarray, list[str]]:
     dump = moment.dump
     others = [name for name in dump.columns if name not in (*_POSITION, *_VELOCITY)]
     columns = [dump.positions, *(dump[name] for name in others), moment.rising]
-    properties = ["pos:R:3", *(_property(plain_name(name)) for name in others), "rising:I:1"]
-    whole = [False] * 3 + [plain_name(name) in _WHOLE for name in others] + [True]
+    names = [_name(name) for name in others]
+    kinds = ["I" if name in _WHOLE else "R" for name in names]
+    of_each = (f"{name}:{kind}:1" for name, kind in zip(names, kinds, strict=True))
+    properties = ["pos:R:3", *of_each, "rising:I:1"]
+    whole = [False] * 3 + [kind == "I" for kind in kinds] + [True]
     if all(name in dump.columns for name in _VELOCITY):
         columns.append(np.column_stack([dump[name] for name in _VELOCITY]))
         properties.append("velo:R:3")
@@ -61,5 +64,7 @@ def _frame(moment: Moment, case: Case) -> tuple[str, np.ndarray, list[str]]:
     return text, np.column_stack(columns), ["%d" if x else "%.9g" for x in whole]
 
 
-def _property(name: str) -> str:
-    return f"{name}:{'I' if name in _WHOLE else 'R'}:1"
+def _name(column: str) -> str:
+    """Return the name of a column of a dump; OVITO knows a class of balls as a type."""
+    name = plain_name(column)
+    return "type" if name == "class" else name
