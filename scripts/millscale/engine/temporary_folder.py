@@ -20,7 +20,9 @@ from pathlib import Path
 from millscale.engine.process_start import process_start
 
 _PREFIX = "millscale"
-_NAME = re.compile(rf"{_PREFIX}-([0-9a-f]{{8}})-([0-9]{{1,9}})-([0-9]{{1,12}})-\w+")
+# Number and start of the process. An earlier version wrote a date without the `t`, and deletes
+# folders whose number is another date.
+_NAME = re.compile(rf"{_PREFIX}-([0-9a-f]{{8}})-([0-9]{{1,9}})-t([0-9]{{1,15}})-\w+")
 # Open MPI keeps shared memory of its ranks here, whatever the temporary folder is.
 SHARED_MEMORY = Path("/dev/shm")
 MPI_VARIABLES = ("OMPI_MCA_btl_vader_backing_directory", "OMPI_MCA_btl_sm_backing_directory")
@@ -86,7 +88,7 @@ def sweep() -> None:
 
 def _make(place: Path) -> Path:
     number = os.getpid()
-    prefix = f"{_PREFIX}-{_host()}-{number}-{process_start(number)}-"
+    prefix = f"{_PREFIX}-{_host()}-{number}-t{process_start(number)}-"
     return Path(tempfile.mkdtemp(prefix=prefix, dir=place))
 
 
