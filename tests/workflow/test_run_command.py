@@ -170,7 +170,7 @@ def test_a_workflow_that_runs_no_stage_is_reported_with_what_to_do(
     assert done.returncode == 1
     assert f"{SINGLE_BALLS[0]} and 1 more: rotate not run: {words}" in done.stdout
     advice = done.stdout.splitlines()[-1]
-    assert advice.startswith("  to do: repeat the command to resume; if this message comes again: ")
+    assert advice.startswith("  to do: repeat the command; if this message comes again: ")
     monkeypatch.undo()
     # The advice shows the error, or runs the stage.
     by_hand = subprocess.run(
@@ -178,6 +178,20 @@ def test_a_workflow_that_runs_no_stage_is_reported_with_what_to_do(
     )
     assert by_hand.returncode == 0
     assert (finished.case(SINGLE_BALLS[0]) / "timing.json").exists()
+
+
+def test_a_workflow_that_was_killed_for_lack_of_memory_is_reported(finished, monkeypatch):
+    without_rotation(finished, SINGLE_BALLS[0])
+    line = [sys.executable, "-c", "import os; os.kill(os.getpid(), 9)"]
+    monkeypatch.setattr(run_command, "snakemake_line", lambda *_: line)
+    kills = iter((3, 5))
+    monkeypatch.setattr("millscale.workflow.failures.memory_kills", lambda: next(kills))
+    cause, advice = finished("run").stdout.splitlines()[-2:]
+    assert (
+        "ended by signal 9" in cause
+        and "out of memory: processes killed by the system meanwhile: 2" in cause
+    )
+    assert advice.startswith("  to do: run fewer cases at a time (--jobs)")
 
 
 def test_a_failed_case_does_not_hide_one_that_was_not_run(finished, monkeypatch):

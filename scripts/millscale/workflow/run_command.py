@@ -25,7 +25,7 @@ from millscale.runs.case_file import Case
 from millscale.runs.current import unfinished
 from millscale.runs.layout import CASES_FOLDER, Stage
 from millscale.runs.lock import hold
-from millscale.workflow import by_hand
+from millscale.workflow import by_hand, failures
 from millscale.workflow.display import Watching, problems, status_table, watching
 from millscale.workflow.jobs import jobs_of, write_jobs
 from millscale.workflow.kept_ranks import drop_attempts, keep_ranks
@@ -157,6 +157,7 @@ def run_campaign(asked: Request, console: Console, show: Watching = watching) ->
         show: shows the progress while the cases run.
     """
     find_engine()
+    kills = failures.memory_kills()
     with hold(asked.runs) as lock:
         generate(asked.file, asked.runs, [case.id for case in asked.cases])
         for note in asked.allocation.notes:
@@ -183,16 +184,19 @@ def run_campaign(asked: Request, console: Console, show: Watching = watching) ->
     if done:
         line = shlex.join(["millscale", "report", str(asked.runs)])
         console.print(f"next: {line}", markup=False, highlight=False, soft_wrap=True)
-    for line in unexplained(asked.runs, statuses, code):
+    for line in unexplained(asked.runs, statuses, code, failures.memory_kills() - kills):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     return done
 
 
-def unexplained(runs: Path, statuses: Sequence[CaseStatus], code: int) -> list[str]:
+def unexplained(
+    runs: Path, statuses: Sequence[CaseStatus], code: int, memory_kills: int = 0
+) -> list[str]:
     """Return why cases without a result or a problem of their own were not run, and what to do.
 
     Args:
         code: exit code of the workflow, or minus the signal that ended it.
+        memory_kills: processes that the system killed for lack of memory meanwhile.
     """
     left = [x for x in statuses if x.state != "done" and not x.problem]
     if not left:
@@ -202,10 +206,13 @@ def unexplained(runs: Path, statuses: Sequence[CaseStatus], code: int) -> list[s
     stage = first.stage or "its stages"
     module, folder = "millscale.workflow.run_stage", str(runs / CASES_FOLDER / first.id)
     line = shlex.join([sys.executable, "-m", module, first.stage, folder])
+    cause, advice = f"the workflow ended {ended}: {last_problem(runs)}", "repeat the command"
+    if memory_kills > 0:
+        cause += f"; {failures.MEMORY}: processes killed by the system meanwhile: {memory_kills}"
+        advice = failures.advice_of(failures.MEMORY)
     return [
-        f"{first.id}{more}: {stage} not run: the workflow ended {ended}: {last_problem(runs)}; see "
-        f"{runs / WORKFLOW_LOG}",
-        f"  to do: repeat the command to resume; if this message comes again: {line}",
+        f"{first.id}{more}: {stage} not run: {cause}; see {runs / WORKFLOW_LOG}",
+        f"  to do: {advice}; if this message comes again: {line}",
     ]
 
 
