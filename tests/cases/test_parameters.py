@@ -8,7 +8,7 @@ from paper_campaign import MULTI_BALL, REPOSITORY, cases
 from reference_tables import documented
 
 OF_A_MESH = {"curvature_deg", "liner_file"}
-OPTIONAL = {"precision", "ledger"}
+OPTIONAL = {"precision", "ledger", "liner_loads"}
 ALWAYS = set(documented("parameters.in")) - OF_A_MESH - OPTIONAL
 
 
@@ -34,11 +34,11 @@ def test_a_mesh_wall_has_its_file_and_curvature(tmp_path):
         assert parameters(case)["curvature_deg"] == case.wall.curvature_deg
 
 
-def test_options_of_contacts_are_written_if_chosen(tmp_path):
-    chosen = cases(tmp_path, **MULTI_BALL, model__precision="mixed", multi_ball__ledger=True)
-    for case in chosen:
-        ledger = {"ledger"} if case.kind == "multi-ball" else set()
-        assert set(parameters(case)) == ALWAYS | {"precision"} | ledger
+def test_options_are_written_if_chosen(tmp_path):
+    asked = {"model__precision": "mixed", "multi_ball__ledger": True}
+    for case in cases(tmp_path, **MULTI_BALL, **asked, multi_ball__liner_loads=True):
+        records = {"ledger", "liner_loads"} if case.kind == "multi-ball" else set()
+        assert set(parameters(case)) == ALWAYS | {"precision"} | records
 
 
 def test_numbers_read_back_exactly(both_kinds, tmp_path):

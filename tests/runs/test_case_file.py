@@ -22,7 +22,13 @@ DIGESTS = {
 }
 MAY_BE_ABSENT = {
     *("charge", "ball.start_m", "wall.curvature_deg"),
-    *("deck.wall_damping", "deck.precision", "deck.ledger", "time.speed_changes"),
+    *(
+        "deck.wall_damping",
+        "deck.precision",
+        "deck.ledger",
+        "deck.liner_loads",
+        "time.speed_changes",
+    ),
 }
 
 
