@@ -172,6 +172,10 @@ def no_memory(scene: Scene) -> None:
     scene.run(MILLSCALE_ENGINE=str(wrapper))
 
 
+def no_session(scene: Scene) -> None:
+    scene.run(OMPI_MCA_orte_tmpdir_base="/proc/none")
+
+
 def killed_for_memory(scene: Scene) -> None:
     scene.long()
     process = scene.start("-c", COUNTED_KILL)
@@ -295,6 +299,9 @@ PROVOCATIONS = (
     Provocation("damaged file", BALL, "result", "series.csv cut in a row", damaged_file, "delete"),
     Provocation(
         "out of memory", CHARGE, "settle", "box of 120 m, ulimit -v 1.2 GB", no_memory, "--jobs"
+    ),
+    Provocation(
+        "mpi does not start", BALL, "rotate", "no folder for its session", no_session, "TMPDIR"
     ),
     Provocation("out of memory", BALL, "rotate", _COUNTED, killed_for_memory, "--jobs"),
     Provocation(

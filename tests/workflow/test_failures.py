@@ -19,7 +19,7 @@ from small_campaign import SINGLE_BALLS
 # The quick ones run always; the rest with -m validate.
 QUICK = {
     *("nan", "damaged file", "mesh error", "wrong deck", "disk full", "overlap too large"),
-    *("not settled", "does not fit", "missing library", "by hand"),
+    *("not settled", "does not fit", "missing library", "by hand", "mpi does not start"),
 }
 CRASH = "the engine crashed: rank 1 exited on signal {}"
 
@@ -70,6 +70,10 @@ CRASH = "the engine crashed: rank 1 exited on signal {}"
         ("wrong deck", Traces("ERROR: Never seen before", "run 0", runs_engine=True)),
         (UNKNOWN, Traces("ERROR: Never seen before", "Step Atoms KinEng", runs_engine=True)),
         ("crash", Traces(CRASH.format(11))),
+        (
+            "mpi does not start",
+            Traces("mpirun ended with exit code 1", "[n:1] PMIX ERROR: NOT_AVAILABLE in file a.c"),
+        ),
         ("damaged file", Traces("series.csv: 3 rows: cut short, or written to")),
         (UNKNOWN, Traces("ERROR: Something else", last_row="1,2.0,-3e5")),
     ],

@@ -19,7 +19,7 @@ from millscale.workflow.targets import TARGETS
 UNKNOWN, KILLED, NO_PROGRESS, TIME_OUT = "unknown", "killed", "no progress", "time out"
 NOT_A_NUMBER, MEMORY, DISK_FULL, WRONG_DECK = "nan", "out of memory", "disk full", "wrong deck"
 MISSING_LIBRARY, NOT_SETTLED, DOES_NOT_FIT = "missing library", "not settled", "does not fit"
-DAMAGED, BY_HAND = "damaged file", "by hand"
+DAMAGED, BY_HAND, MPI = "damaged file", "by hand", "mpi does not start"
 # An engine that writes nothing for this time [s], and for the time of a few lines of its log, makes
 # no progress.
 SILENCE = 600.0
@@ -109,6 +109,12 @@ CAUSES = (
             *(target.time_limit_message for target in TARGETS.values()),
         ),
         "increase --time-limit or --ranks; millscale plan predicts the time",
+    ),
+    Cause(
+        MPI,
+        r"orte_init failed|MPI_INIT failed|PMIX ERROR",
+        "repeat the command; if it fails again, check that the folder of TMPDIR exists and that "
+        "mpirun -np 2 hostname works",
     ),
     *(
         Cause(
@@ -269,7 +275,7 @@ def _kind(traces: Traces) -> tuple[str, str]:
         return MEMORY, f"the system killed {traces.memory_kills} processes for memory; {error}"
     # Output shows more than the error only for these kinds: warnings may match the others.
     behind = _by_text(printed)
-    if behind in (DISK_FULL, MEMORY, TIME_OUT):
+    if behind in (DISK_FULL, MEMORY, TIME_OUT, MPI):
         return behind, f"{_line_of(behind, printed)}; {error}"
     wild = _wild(traces.last_row) if found in (None, "lost ball") else ""
     if wild:
