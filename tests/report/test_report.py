@@ -383,6 +383,22 @@ def test_campaign_of_charges_alone_has_a_report(runs, tmp_path, monkeypatch):
     assert len(page.images) == 7  # with Figs. 9, 11, Table 10
 
 
+def test_a_page_of_a_slipping_charge_begins_with_it(runs, tmp_path, monkeypatch):
+    copy = tmp_path / "runs"
+    shutil.copytree(runs, copy, ignore=shutil.ignore_patterns("sb-*", "mb-cs-*", "report"))
+    (copy / "campaign.json").write_text('{"schema": 1, "cases": ["mb-cg-paper-S2.600"]}')
+    result = copy / "cases/mb-cg-paper-S2.600/result.json"
+    result.write_text(json.dumps(json.loads(result.read_text()) | {"liner_slip": 0.93}))
+    record_stages(result.parent)
+    monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
+    monkeypatch.setattr(report_figures, "DPI", 20)
+    text = Page(build_report(copy).read_text()).text
+    words = ("The charge slips on the liner.", "mb-cg-paper-S2.600, 93 %", "The answer")
+    places = [text.index(word) for word in words]
+    assert places == sorted(places)
+    assert "does not lift its charge" in text[: places[-1]]
+
+
 def test_a_charge_of_several_classes_has_a_table_of_them(classes, tmp_path, monkeypatch):
     monkeypatch.setattr(report_figures, "draw_pictures", one_picture)
     monkeypatch.setattr(report_figures, "DPI", 20)

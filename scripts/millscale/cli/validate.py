@@ -172,6 +172,28 @@ def mixing(
 
 
 @validate.command()
+def experiments(
+    runs: RunsArguments,
+    to: Annotated[Path, typer.Option(metavar="JSON", help="File for the results.")] = Path(
+        "docs/results/experiments.json"
+    ),
+    measured: Annotated[
+        Path, typer.Option(metavar="CSV", help="Measured velocities of the drum.")
+    ] = Path("campaigns/experiments/drum-240-mm.csv"),
+) -> None:
+    """Compare runs with published measurements: a drum, impact speeds, worn lifters.
+
+    Takes the finished cases of campaigns/experiments; of other campaigns the slip on the liner.
+    Writes figures beside the file; prints Markdown tables.
+
+    Example: `millscale validate experiments runs/drum-240-mm runs/impacts-5-m`
+    """
+    from millscale.validate.experiments_page import write_experiments
+
+    typer.echo(write_experiments(runs, to, measured))
+
+
+@validate.command()
 def fidelity(
     study: Annotated[
         Path, typer.Argument(metavar="DIR", help="Runs folder of campaigns/study-fidelity.toml.")
