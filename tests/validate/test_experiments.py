@@ -8,18 +8,15 @@ import pytest
 
 from in_process import millscale
 from millscale.analysis.finished_campaign import load_campaign
-from millscale.analysis.single_ball.flight import Release, impact_speed_ratio, release_on_circle
+from millscale.analysis.single_ball.flight import impact_speed_ratio, release_on_circle
 from millscale.campaign.build import load_campaign as read_campaign
 from millscale.cases.case import cases_of
 from millscale.runs.dumps import Dump
 from millscale.runs.untrusted import RunFolderError
 from millscale.validate import experiments, experiments_page
 from millscale.validate.experiments import (
-    BED_TILT,
     MEASURED,
     Profile,
-    bed_level,
-    landing_on_bed,
     landing_on_liner,
     profile_of,
     read_profile,
@@ -87,30 +84,6 @@ def test_a_ball_that_leaves_the_circle_lands_where_the_closed_forms_say():
     speed = math.sqrt(gravity * radius * math.cos(phi)) * impact_speed_ratio(phi)
     assert found.angle == pytest.approx(3.0 * phi)
     assert found.speed == pytest.approx(speed)
-
-
-def test_a_ball_lands_on_the_bed_before_the_liner():
-    """Against many small steps of its flight."""
-    radius = 2.5
-    release = release_on_circle(2.47, 0.93, 9.81)
-    time = np.linspace(0.0, 3.0, 300_001)
-    x, _, z = release.position_at(time).T
-    above = x * math.sin(BED_TILT) + z * math.cos(BED_TILT) + bed_level(0.3) * radius
-    first = int(np.argmax((above < 0.0) | (np.hypot(x, z) > 2.47 + 1e-9)))
-    speed = np.linalg.norm(release.velocity_at(time[first]))
-    found = landing_on_bed(release, 2.47, radius)
-    assert found.speed == pytest.approx(speed, rel=1e-4)
-    assert found.speed < landing_on_liner(release, 2.47).speed - 0.5
-    high = Release(np.array([2.2, 0.0, 0.5]), np.array([3.0, 0.0, 0.0]), 9.81)
-    assert landing_on_bed(high, 2.47, radius) == landing_on_liner(high, 2.47)
-
-
-@pytest.mark.parametrize("filling", [0.1, 0.3, 0.49])
-def test_the_level_of_a_bed_leaves_its_filling_below(filling):
-    height = np.linspace(-1.0, 1.0, 2_000_001)
-    width = 2.0 * np.sqrt(1.0 - height**2)
-    below = height < -bed_level(filling)
-    assert width[below].sum() / width.sum() == pytest.approx(filling, abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -205,7 +178,7 @@ def test_impacts_are_those_of_the_stored_releases(stored):
             t = time[out[0] + 1]
             fall = velocity[2] - row["gravity_m_s2"] * t
             speeds.append(math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + fall**2))
-        shown = float(line.split("|")[7])
+        shown = float(line.split("|")[7].split("±")[0])
         assert shown == pytest.approx(np.mean(speeds), abs=0.006)
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from millscale.analysis.finished import Charge, SingleBall
 from millscale.analysis.shapes.snapshots import snapshots_of
@@ -35,8 +34,6 @@ NEAR, MIDDLE = 3e-3, 0.1
 OMEGA, NEAR_WALL = math.pi * 11.6 / 30.0, 0.09
 # A mean of fewer balls is none: the standard error would be that of the profile's own range.
 FEWEST = 30
-# The bed on which thrown balls land before they reach the liner: filling and tilt, usual values.
-BED_FILLING, BED_TILT = 0.3, math.radians(35.0)
 
 
 @dataclass(frozen=True)
@@ -192,36 +189,10 @@ class Landing:
 
 def landing_on_liner(release: Release, path: float) -> Landing:
     """Return where a ball first comes to a circle of radius `path` about the axis [m]: R - a."""
-    return _landing(release, release.time_to_radius(path))
-
-
-def landing_on_bed(release: Release, path: float, radius: float) -> Landing:
-    """Return where a ball lands: on a flat bed of `BED_FILLING` tilted by `BED_TILT`, or on the
-    liner beside it. The radius of the mill [m] sets the level of the bed."""
-    level = radius * bed_level(BED_FILLING)
-    # The normal of the surface, out of the bed; the bed is higher at x < 0.
-    normal = np.array([math.sin(BED_TILT), 0.0, math.cos(BED_TILT)])
-    gap = (
-        -0.5 * release.gravity * normal[2],
-        float(normal @ release.velocity),
-        float(normal @ release.position) + level,
-    )
-    on_surface = max(np.roots(gap).real)  # on the way down
-    return _landing(release, min(on_surface, release.time_to_radius(path)))
-
-
-def bed_level(filling: float) -> float:
-    """Return the distance of the surface of a flat bed below the axis, over R, of a filling of less
-    than a half: the segment of a circle, filling = (b - sin b) / (2 pi), level = cos(b / 2)."""
-    angle = brentq(lambda b: (b - math.sin(b)) / (2.0 * math.pi) - filling, 0.0, math.pi)
-    return math.cos(0.5 * angle)
-
-
-def _landing(release: Release, time: float) -> Landing:
+    time = release.time_to_radius(path)
     x, _, z = release.position_at(time)
-    return Landing(
-        math.atan2(x, z) % (2.0 * math.pi), float(np.linalg.norm(release.velocity_at(time)))
-    )
+    speed = float(np.linalg.norm(release.velocity_at(time)))
+    return Landing(math.atan2(x, z) % (2.0 * math.pi), speed)
 
 
 def throw_row(ball: SingleBall, campaign: str) -> Row:

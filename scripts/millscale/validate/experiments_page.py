@@ -24,7 +24,6 @@ from millscale.validate.experiments import (
     closed_form,
     drum_row,
     is_measured_drum,
-    landing_on_bed,
     landing_on_liner,
     read_profile,
     releases_of,
@@ -93,21 +92,19 @@ def throw_table(document: Row) -> list[str]:
     """Return the single balls: a line for each case, means over its throws."""
     lines = [
         "| campaign | liner | S | throws | left at [deg] | lands on the liner at [deg] "
-        "| speed there [m/s] | without lifters [deg, m/s] | speed on a bed [m/s] |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| speed there [m/s] | without lifters [deg, m/s] |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for row in document["throws"]:
         releases = releases_of(row)
         on_liner = [landing_on_liner(x, row["path_m"]) for x in releases]
-        on_bed = [landing_on_bed(x, row["path_m"], row["radius_m"]) for x in releases]
         left = [math.degrees(math.atan2(-x.position[0], x.position[2])) for x in releases]
         form = closed_form(row)
         lines.append(
             f"| {row['campaign']} | {row['state'] or '-'} | {row['S']:g} | {len(releases)} "
             f"| {_mean(left, 1)} | {_mean([math.degrees(x.angle) for x in on_liner], 1)} "
             f"| {_mean([x.speed for x in on_liner], 2)} "
-            f"| {math.degrees(form.angle):.1f}, {form.speed:.2f} "
-            f"| {_mean([x.speed for x in on_bed], 2)} |"
+            f"| {math.degrees(form.angle):.1f}, {form.speed:.2f} |"
         )
     return lines
 
@@ -154,7 +151,10 @@ def slip_table(document: Row) -> list[str]:
 
 
 def _mean(values: Sequence[float], digits: int) -> str:
-    return number(float(np.mean(values)) if values else None, digits)
+    """Return a mean, with the standard deviation of values that differ by more than its digits."""
+    text = number(float(np.mean(values)) if values else None, digits)
+    spread = float(np.std(values, ddof=1)) if len(values) > 1 else 0.0
+    return f"{text} ± {spread:.{digits}f}" if spread > 10.0**-digits else text
 
 
 def draw(document: Row, folder: Path) -> None:
