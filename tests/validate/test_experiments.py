@@ -178,8 +178,9 @@ def test_impacts_are_those_of_the_stored_releases(stored):
             t = time[out[0] + 1]
             fall = velocity[2] - row["gravity_m_s2"] * t
             speeds.append(math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + fall**2))
-        shown = float(line.split("|")[7].split("±")[0])
-        assert shown == pytest.approx(np.mean(speeds), abs=0.006)
+        shown = line.split("|")[7].split("±")[0].strip()
+        assert (shown == "–") == (not speeds)
+        assert not speeds or float(shown) == pytest.approx(np.mean(speeds), abs=0.006)
 
 
 @pytest.mark.validate
