@@ -117,3 +117,9 @@ def test_no_wear_leaves_the_liner():
     worn = worn_liner(liner, even(0.0))
     assert worn.removed == pytest.approx(0.0, abs=1e-4)
     assert worn.height == pytest.approx(0.08, abs=1e-4)
+    assert math.degrees(worn.leading_angle) == pytest.approx(
+        math.degrees(liner.face_angle), abs=0.1
+    )
+    assert math.isnan(worn_liner(drum(), even(0.01)).leading_angle)
+    step = worn_liner(shape_of(families()["ship-lap"]), even(0.0))
+    assert math.degrees(step.leading_angle) == pytest.approx(20.0, abs=0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -58,5 +59,7 @@ def wear(
     typer.echo(f"{to}: {about}")
     typer.echo(f"  deepest wear {1e3 * worn.deepest:.3g} mm")
     typer.echo(f"  lifter height {1e3 * found.height:.4g} -> {1e3 * worn.height:.4g} mm")
+    if math.isfinite(worn.leading_angle):
+        typer.echo(f"  leading face {math.degrees(worn.leading_angle):.1f} deg from the radius")
     typer.echo(f"  for the next campaign: radius_m = {worn.radius:.9g} in [mill], and in [liner]")
     typer.echo(f'  profile = "{to.name}", turns = "counter-clockwise"')

@@ -20,8 +20,12 @@ THINNED = 2e-5
 # Samples of the surface in a smoothing width, at least.
 FINEST = 4
 MOST_SAMPLES = 1000
+# Shares of the height between which the angle of a face is taken.
+FACE = (0.2, 0.8)
 # Of more sectors, five stand for all.
 FEWEST_OPEN = 8
+# Relative to the radius: a liner that is nowhere higher has no lifter.
+LEAST_HEIGHT = 1e-3
 WORN = Path("worn profile")
 
 
@@ -51,6 +55,8 @@ class Worn:
         outline: one pitch in the direction of rotation, x along the middle of a groove.
         radius: largest distance from the axis [m].
         height: of the lifters, largest less smallest distance from the axis [m].
+        leading_angle: of the leading face of the highest lifter, between `FACE` of its height,
+            from the radius through the middle of the pitch; nan of a drum [rad].
         removed: area of a pitch that is worn off [m^2].
         deepest: of the smoothed depths [m].
         is_through: whether the plate is worn through somewhere.
@@ -59,6 +65,7 @@ class Worn:
     outline: Outline
     radius: float
     height: float
+    leading_angle: float
     removed: float
     deepest: float
     is_through: bool
@@ -120,6 +127,7 @@ def worn_liner(liner: _core.Profile, wear: Wear) -> Worn:
         outline=outline,
         radius=high,
         height=high - low,
+        leading_angle=_leading_angle(outline, liner.pitch),
         removed=_area(outline) - liner.area / liner.sectors,
         deepest=float(depth.max()),
         is_through=is_through,
@@ -205,6 +213,31 @@ def _pitch_of(cavity: Any, liner: _core.Profile) -> Outline:
         points[-1] = rotated(middle[None, :], pitch)[0]
     names = tuple(f"point {i + 1}" for i in range(len(points)))
     return Outline(WORN, points, np.zeros(len(points)), names, closed=False)
+
+
+def _leading_angle(pitch: Outline, angle: float) -> float:
+    """Return the angle of the leading face, behind the crest in the direction of rotation [rad].
+
+    Args:
+        angle: of the pitch, whose middle is that of the lifter [rad].
+    """
+    distance = np.linalg.norm(pitch.points, axis=1)
+    crest = int(distance.argmin())
+    face, points = distance[crest:], pitch.points[crest:]
+    height = float(distance.max()) - float(face[0])
+    if height < LEAST_HEIGHT * float(distance.max()):
+        return math.nan
+    low, high = (_at_distance(points, face, float(face[0]) + share * height) for share in FACE)
+    radial = np.array([math.cos(0.5 * angle), math.sin(0.5 * angle)])
+    along = high - low
+    return math.atan2(float(radial[0] * along[1] - radial[1] * along[0]), float(radial @ along))
+
+
+def _at_distance(points: np.ndarray, distance: np.ndarray, wanted: float) -> np.ndarray:
+    """Return where a chain first is at a distance from the axis, (2,) [m]."""
+    k = max(1, int(np.argmax(distance >= wanted)))
+    share = (wanted - distance[k - 1]) / (distance[k] - distance[k - 1])
+    return np.asarray(points[k - 1] + share * (points[k] - points[k - 1]))
 
 
 def _area(pitch: Outline) -> float:
