@@ -15,7 +15,13 @@ from paper_campaign import CAMPAIGNS
 
 FOLDER = CAMPAIGNS / "calibration"
 FILE, BASE = "calibrate-friction.toml", "laboratory-300-mm.toml"
-UNCERTAINTIES = {"power_w": 1.5, "shoulder_rad": 0.026, "toe_rad": 0.017}
+UNCERTAINTIES = {
+    "power_w": 1.5,
+    "shoulder_rad": 0.026,
+    "toe_rad": 0.017,
+    "kinetic": 0.003,
+    "centre_z": 0.003,
+}
 
 
 def millscale(*words):
@@ -54,7 +60,7 @@ def test_friction_of_a_simulated_mill_is_found_again(tmp_path):
     for found in content["parameters"]:
         truth = material[found["keys"][0].removeprefix("material.")]
         assert found["lower"] < truth < found["upper"], found
-    friction = content["parameters"][0]
-    assert friction["name"] == "friction" and friction["is_determined"]
+    # An even density has 0.95. docs/results/calibration.md: 0.46 and 0.72.
+    assert [found["width"] < 0.8 for found in content["parameters"]] == [True, True]
     for target in content["targets"]:
         assert abs(target["difference_over_uncertainty"]) < 3.0
