@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from millscale.analysis.charge.energy_budget import LEDGER, read_energy_budget
+from millscale.analysis.charge.impacts import SPECTRA, read_impacts
 from millscale.analysis.charge.result import charge_result
 from millscale.analysis.result_file import ChargeResult, SingleBallResult
 from millscale.analysis.shapes.segregation import segregation_of
@@ -44,6 +45,9 @@ def _result(folder: Path, case: Case) -> SingleBallResult | ChargeResult:
         result = replace(result, segregation=segregation_of(folder, case, series, *window))
     if case.deck.liner_loads == "on":
         result = replace(result, liner_loads=read_liner_loads_result(folder, case))
+    if case.deck.impacts == "on":
+        with understood(folder / SPECTRA, f"make {SPECTRA} again: millscale run"):
+            result = replace(result, impacts=read_impacts(folder, case))
     if case.deck.ledger != "on":
         return result
     with understood(folder / LEDGER, "make ledger.csv and impacts.csv again: millscale run"):

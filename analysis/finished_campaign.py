@@ -166,5 +166,5 @@ def _charge_document(charge: Charge) -> dict[str, Any]:
         "particle_steps_per_s_core": timing.particle_steps_per_s_core,
         "paper_wall_time_h": reported["elapsed_h"] if reported else None,
         **result.mean,
-        **{key: document[key] for key in document if key not in ("mean", "ledger")},
+        **{key: document[key] for key in document if key not in ("mean", "ledger", "impacts")},
     }

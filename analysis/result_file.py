@@ -226,6 +226,84 @@ class LinerLoadsResult:
 
 
 @dataclass(frozen=True)
+class EnergyBins:
+    """Contacts per second by their energy, bin by bin; empty bins are left out.
+
+    Attributes:
+        contacts_per_s, power_W: contacts that end in a second, and the sum of their energy.
+    """
+
+    energy_low_J: tuple[float, ...] = ()
+    energy_high_J: tuple[float, ...] = ()
+    contacts_per_s: tuple[float, ...] = ()
+    power_W: tuple[float, ...] = ()
+
+    def rows(self) -> list[tuple[float, ...]]:
+        """Return the bins: low, high, contacts per second, power."""
+        columns = (self.energy_low_J, self.energy_high_J, self.contacts_per_s, self.power_W)
+        return list(zip(*columns, strict=True))
+
+
+@dataclass(frozen=True)
+class ContactClass:
+    """Spectra of the contacts of two classes of balls, or of a class with the liner.
+
+    Attributes:
+        ball_class, other_class: from 1; other_class None: liner and ends.
+        dissipated, available: by the energy a contact dissipates, and by that of its approach.
+    """
+
+    pairing: str
+    ball_class: int
+    other_class: int | None
+    dissipated: EnergyBins
+    available: EnergyBins
+
+
+@dataclass(frozen=True)
+class PairingImpacts:
+    """Impacts of one pairing of bodies.
+
+    Attributes:
+        contacts_per_s: contacts that end.
+        available_W: energy of their approach, per second.
+        ended_W, lasting_W: dissipated by contacts that end; by those that last, as the change over
+            the window of what they have dissipated.
+        dissipated_W: by all contacts, summed in the kernels without regard to contacts.
+        sum_error: of the first two against the third, relative.
+    """
+
+    contacts_per_s: float
+    available_W: float
+    ended_W: float
+    lasting_W: float
+    dissipated_W: float
+    sum_error: float
+
+
+@dataclass(frozen=True)
+class ImpactsResult:
+    """Impacts of the last revolution, or of the second half of a rotation of less than two.
+
+    Attributes:
+        energy_unit_J: m (omega R)^2, m the mean mass of a ball.
+    """
+
+    from_rad: float
+    to_rad: float
+    duration_s: float
+    energy_unit_J: float
+    ball_ball: PairingImpacts
+    ball_wall: PairingImpacts
+    classes: tuple[ContactClass, ...]
+
+    @property
+    def pairings(self) -> dict[str, PairingImpacts]:
+        """Return the impacts of each pairing by its name."""
+        return {name: getattr(self, name) for name in PAIRINGS}
+
+
+@dataclass(frozen=True)
 class ChargeResult:
     """result.json of a multi-ball case.
 
@@ -239,7 +317,7 @@ class ChargeResult:
         ends: of end walls; None with periodic ends.
         liner_slip: of the balls on the liner; None where the series lacks it.
         segregation: radial index of each class of balls; None of one class.
-        liner_loads: None where none were recorded.
+        liner_loads, impacts: None where none were recorded.
     """
 
     problem: str | None
@@ -259,11 +337,12 @@ class ChargeResult:
     liner_slip: float | None = None
     segregation: tuple[float, ...] | None = None
     liner_loads: LinerLoadsResult | None = None
+    impacts: ImpactsResult | None = None
 
     def document(self) -> dict[str, Any]:
         """Return its content of result.json."""
         content = _as_json(asdict(self))
-        for absent in ("ledger", "ends", "segregation", "liner_loads"):
+        for absent in ("ledger", "ends", "segregation", "liner_loads", "impacts"):
             if content[absent] is None:
                 del content[absent]
         if self.torque_balance.resting_ends_Nm is None:

@@ -21,6 +21,7 @@ from millscale.report import overview as first_screen
 from millscale.report.ball_classes import class_lines
 from millscale.report.captions import words
 from millscale.report.comparison_images import comparison_images
+from millscale.report.impacts_section import impacts_section
 from millscale.report.interactive import Chart, packed, plotting_script, views_of
 from millscale.report.liner_section import liner_section
 from millscale.report.mill_drawing import MillDrawing, mill_drawing
@@ -108,6 +109,7 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
             charges=images.all_charges(campaign.charges, folder),
             shapes=comparison_images(comparison, folder),
             liner=liner_section(campaign.charges, folder),
+            impacts=impacts_section(campaign.charges, folder),
             speeds=speeds,
             has_speed_up=any(mill.speed_up and not mill.is_reference for mill in speeds),
             statements=tables.statements(campaign),

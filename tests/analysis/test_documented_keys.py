@@ -11,7 +11,7 @@ from synthetic_rows import row
 
 RESULTS = "report/results.json"
 # Of result.json, where a campaign asks for it.
-ABSENT = {"ledger", "ends", "segregation", "liner_loads"}
+ABSENT = {"ledger", "ends", "segregation", "liner_loads", "impacts"}
 
 
 def top_level(*tables):

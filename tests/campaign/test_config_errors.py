@@ -109,6 +109,12 @@ WRONG = {
         'got true with wall.kind = "mesh"',
         'wall.kind = "analytic"',
     ),
+    "impacts of stock contacts": (
+        MULTI_BALL | {"multi_ball__impacts": True, "model__contacts": "stock"},
+        "multi_ball.impacts",
+        'got true with model.contacts = "stock", which records no impacts',
+        'model.contacts = "fast", or impacts = false',
+    ),
     "missing key": (
         {"ball__density_kg_m3": None},
         "ball.density_kg_m3",

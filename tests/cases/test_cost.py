@@ -21,12 +21,12 @@ from paper_campaign import MULTI_BALL, REPOSITORY, cases
 from synthetic_case import case_document, typed
 
 
-def charge(length=0.3846, balls=13370, surface="fast", wall="analytic", ledger="off"):
+def charge(length=0.3846, balls=13370, surface="fast", wall="analytic", **switches):
     """Return the S = 2.6 mill of docs/results/performance.md: 300 panels, skin 15 or 20 mm."""
     document = case_document("multi-ball", "constant-gravity", "paper", 2.6, balls)
     document["mill"]["simulated_length_m"] = length
     document["domain"]["skin_m"] = 0.020 if surface == "fast" else 0.015
-    document["deck"] |= {"surface": surface, "ledger": ledger}
+    document["deck"] |= {"surface": surface, **switches}
     document["wall"] |= {"kind": wall, "triangles": 300, "curvature_deg": 1.0}
     document["time"] |= {"settle_steps": 5000, "steps": 50000}
     return typed(document)
@@ -78,6 +78,12 @@ def test_an_energy_budget_has_a_rate_of_its_own():
     plain, kept = charge(), charge(ledger="on")
     assert step_time(kept, 1) > 2.0 * step_time(plain, 1)
     assert path_of(kept) != path_of(plain)
+
+
+def test_spectra_of_impacts_have_a_rate_of_their_own():
+    plain, recorded = charge(), charge(impacts="on")
+    assert step_time(recorded, 1) > 1.1 * step_time(plain, 1)
+    assert path_of(recorded) not in (path_of(plain), path_of(charge(ledger="on")))
 
 
 def test_a_third_of_the_work_on_two_ranks_of_the_small_mill_is_for_ghost_balls():

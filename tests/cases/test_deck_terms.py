@@ -66,6 +66,14 @@ def test_decks_have_an_energy_budget_on_request(tmp_path):
     assert asked.predicted.output_bytes - plain.predicted.output_bytes > 500 * rows
 
 
+def test_decks_record_impacts_on_request(tmp_path):
+    asked = of_kind(tmp_path, "multi-ball", multi_ball__impacts=True)
+    assert terms(asked) == EVERYTHING | {"impacts": "on"}
+    plain = of_kind(tmp_path, "multi-ball", multi_ball__impacts=False)
+    assert plain.digest == of_kind(tmp_path, "multi-ball").digest != asked.digest
+    assert asked.predicted.output_bytes > plain.predicted.output_bytes
+
+
 def test_the_contact_backend_is_stock_liggghts_on_request(tmp_path):
     case = of_kind(tmp_path, "multi-ball", model__contacts="stock")
     assert terms(case) == EVERYTHING | {"surface": "default", "tangential_damping": "on"}

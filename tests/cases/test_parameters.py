@@ -8,7 +8,7 @@ from paper_campaign import MULTI_BALL, REPOSITORY, cases
 from reference_tables import documented
 
 OF_A_MESH = {"curvature_deg", "liner_file"}
-OPTIONAL = {"precision", "ledger", "liner_loads"}
+OPTIONAL = {"precision", "ledger", "impacts", "liner_loads"}
 ALWAYS = set(documented("parameters.in")) - OF_A_MESH - OPTIONAL
 
 

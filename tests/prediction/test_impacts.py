@@ -5,13 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
 from millscale.analysis.result_file import PAIRINGS, ImpactSpectrum
 from millscale.cli.main import app
 from millscale.prediction.extrapolation import ExtrapolationError, scale_function
-from millscale.prediction.impacts import LOWEST, Scales, predict_spectra, rebinned
+from millscale.prediction.impacts import Scales, predict_spectra
 from millscale.prediction.predict import predict
 from millscale.runs.series import REQUIRED
 from synthetic_case import finish_case, write_campaign, write_case
@@ -51,21 +50,6 @@ SCALES = Scales(energy=2.0, rate=100.0)
 
 def charges(*ratios, seeds=(1, 2), **of):
     return [charge(S, seed, **of) for S in ratios for seed in seeds]
-
-
-def test_impacts_are_as_many_in_decades_as_in_bins():
-    edges = 3.0 * np.logspace(-11, 1, 8 * 12 + 1)
-    impacts = np.arange(96.0)
-    fine = ImpactSpectrum(tuple(edges[:-1]), tuple(edges[1:]), tuple(impacts), tuple(impacts))
-    decades = rebinned(fine, 3.0)
-    assert decades.sum() == pytest.approx(impacts.sum())
-    assert_allclose(decades[1:13], impacts.reshape(12, 8).sum(axis=1))
-
-
-def test_a_bin_on_the_edge_of_a_decade_is_divided_over_the_logarithm():
-    cut = ImpactSpectrum((10**-3.25,), (10**-2.75,), (8.0,), (1.0,))
-    decades = rebinned(cut, 1.0)
-    assert decades[-4 - LOWEST] == pytest.approx(4.0) and decades[-3 - LOWEST] == pytest.approx(4.0)
 
 
 def test_the_impacts_of_the_physical_mill_are_found():

@@ -51,6 +51,28 @@ inline Doubles excess(const Vector3<Doubles>& separation, Doubles radii)
          separation.z * separation.z;
 }
 
+/// Record the end of a contact: the work of the second half step of its last loads.
+inline void end_contact(const Task& task, std::size_t pair)
+{
+  energy::WorkRecord& record = *task.record;
+  const energy::ContactWork& work = record.of_entry[pair];
+  const int i = task.pairs.own[pair], j = task.pairs.other[pair];
+  const bool in_arrays = task.sums.force;
+  const auto velocity = [&](int ball) {
+    return in_arrays ? task.particles.velocity[ball] : task.rows->velocity[ball].velocity;
+  };
+  const auto spin = [&](int ball) {
+    return in_arrays ? task.particles.spin[ball] : task.rows->velocity[ball].spin;
+  };
+  double power = 0.0;
+  for (int d = 0; d < 3; ++d)
+    power += work.force[d] * (velocity(i)[d] - velocity(j)[d]) + work.torque_i[d] * spin(i)[d] +
+             work.torque_j[d] * spin(j)[d];
+  const double last = record.half_step * power;
+  record.total -= j < task.particles.nlocal ? last : 0.5 * last;
+  record.ended[record.count++] = {i, j, work.dissipated - last, work.available};
+}
+
 /// Set which of the pairs from `entry` on are in contact, and clear the history of contacts that
 /// begin. That of pairs not in contact is never read.
 [[gnu::noinline]] inline void change_contacts(const Task& task, int entry, unsigned before,
@@ -60,8 +82,15 @@ inline Doubles excess(const Vector3<Doubles>& separation, Doubles radii)
   for (int lane = 0; lane < width; ++lane) {
     const std::size_t pair = static_cast<std::size_t>(entry) + lane;
     task.pairs.touching[pair] = kept >> lane & 1;
-    if ((now & ~before) >> lane & 1)
+    const bool begins = (now & ~before) >> lane & 1, ends = (before & ~now) >> lane & 1;
+    if (begins)
       for (int d = 0; d < 3; ++d) task.pairs.displacement[3 * pair + d] = 0.0;
+    if (!task.record) continue;
+    if (ends) end_contact(task, pair);
+    if (!begins) continue;
+    energy::ContactWork& work = task.record->of_entry[pair];
+    work = {};
+    work.available = energy::ContactWork::not_evaluated;
   }
 }
 

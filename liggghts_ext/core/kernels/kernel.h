@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/contact/contact_force.h"
+#include "core/energy/contact_work.h"
 #include "core/kernels/advance.h"
 #include "core/kernels/rows.h"
 #include "core/kernels/wall.h"
@@ -59,7 +60,8 @@ struct Task {
   contact::ContactTerms terms;
   Step step;
   Sums sums;
-  double* largest_overlap = nullptr;  ///< raised to the largest overlap [m] if not null
+  double* largest_overlap = nullptr;     ///< raised to the largest overlap [m] if not null
+  energy::WorkRecord* record = nullptr;  ///< of the work of contacts, if not null
 };
 
 using Evaluate = void (*)(const Task&);

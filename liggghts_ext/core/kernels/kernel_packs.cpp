@@ -107,9 +107,95 @@ inline contact::BallPair<Two<Half>> pairs_of(const Task& task, const Found& foun
   return pair;
 }
 
+/// Store the first `count` displacements at address(lane).
+template <class Address, class Half>
+inline void store_at(const Address& address, int count, const Vector3<Half>& v)
+{
+  store_each([&](int lane, __m256d row) { store_three(address(lane), row); }, count,
+             Columns<Half>{v, v.z});
+}
+
+/// Return the numbers of the lanes in an array.
+template <class Half>
+inline void store_lanes(const Two<Half>& numbers, decltype(Half{}.values[0] + 0) * to)
+{
+  __builtin_memcpy(to, &numbers.first.values, sizeof numbers.first.values);
+  __builtin_memcpy(to + Half::lanes, &numbers.second.values, sizeof numbers.second.values);
+}
+
+/// Return the numbers of a `ContactWork`.
+inline double* numbers_of_work(const energy::WorkRecord& record, const Found& found, int k)
+{
+  return record.of_entry->force +
+         energy::ContactWork::numbers / 3 * std::size_t{found.displacement[k]};
+}
+
+/// Record the loads of the first `count` of a pack of contacts, and the work against the loads of
+/// this step and of the step before with the velocity between both: velocity Verlet applies a force
+/// in two half steps.
+template <class Half>
+inline void record_work(const Task& task, const Found& found, int first, int count,
+                        const contact::BallPair<Two<Half>>& pair,
+                        const contact::Contact<Two<Half>>& contact,
+                        const contact::ContactForce<Two<Half>>& result)
+{
+  using Number = Two<Half>;
+  constexpr int lanes = Number::lanes;
+  energy::WorkRecord& record = *task.record;
+  const auto work_of = [&](int k) { return numbers_of_work(record, found, k); };
+  const auto row = [&](int number) {
+    const auto half = [&](int k) {
+      return columns<Half>([&](int lane) { return _mm256_load_pd(work_of(k + lane) + number); });
+    };
+    return two(half(first), half(first + Half::lanes));
+  };
+  const Columns<Number> force = row(0), torque_i = row(4), torque_j = row(8);
+  // Read before the rows are written: a load from a row that is being written would wait for it.
+  double dissipated[lanes];
+  for (int lane = 0; lane < lanes; ++lane) dissipated[lane] = work_of(first + lane)[11];
+  const Number zero(0.0);
+  const Vector3<Number> loads = subtract_scaled(result.force, result.elastic_force, contact.normal);
+  const Number power = dot(force.xyz + loads, pair.velocity) +
+                       dot(torque_i.xyz + result.torque_i, pair.spin_i) +
+                       dot(torque_j.xyz + result.torque_j, pair.spin_j);
+  const Number done = zero - Number(record.half_step) * power;
+  const Number speed = dot(contact.velocity, contact.normal);
+  const Number half_mass = Number(record.half_step > 0.0 ? 0.5 : 0.0) * contact.mass;
+  const Number approach = choose(speed > zero, zero, half_mass * (speed * speed));
+  const Columns<Number> of_force{loads, choose(zero > force.fourth, approach, force.fourth)};
+  const Columns<Number> of_torque_i{
+      result.torque_i,
+      Number(0.5) * result.tangential_stiffness * dot(result.displacement, result.displacement)};
+  const auto store = [&](int begin, int count, const Columns<Half>& of_force,
+                         const Columns<Half>& of_torque_i, const Vector3<Half>& torque_j) {
+    const auto four = [&](int number) {
+      return
+          [&, number](int lane, __m256d row) { store_four(work_of(begin + lane) + number, row); };
+    };
+    store_each(four(0), count, of_force);
+    store_each(four(4), count, of_torque_i);
+    store_at([&](int lane) { return work_of(begin + lane) + 8; }, count, torque_j);
+  };
+  store(first, count, first_of(of_force), first_of(of_torque_i), first_of(result.torque_j));
+  if (count > Half::lanes)
+    store(first + Half::lanes, count - Half::lanes, second_of(of_force), second_of(of_torque_i),
+          second_of(result.torque_j));
+  // Sums over time are in double precision.
+  alignas(64) std::remove_reference_t<decltype(Half{}.values[0] + 0)> of_lane[lanes];
+  store_lanes(done, of_lane);
+  const Ball ghosts = 8u * static_cast<Ball>(task.particles.nlocal);
+  double total = 0.0;
+  for (int lane = 0; lane < count; ++lane) {
+    const double work = of_lane[lane];
+    work_of(first + lane)[11] = dissipated[lane] + work;
+    total += found.j[first + lane] < ghosts ? work : 0.5 * work;
+  }
+  record.total += total;
+}
+
 /// Evaluate the first `count` of a pack of contacts. `usual` fixes the terms of the law that decks
 /// have as a rule.
-template <class Half, bool usual, bool limited>
+template <class Half, bool usual, bool limited, bool recorded>
 [[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const Found& found, int first,
                                                    int count, const Law<Two<Half>>& law)
 {
@@ -117,9 +203,9 @@ template <class Half, bool usual, bool limited>
   const contact::ContactTerms terms =
       usual ? contact::ContactTerms{true, true, limited, true} : task.terms;
   const bool advance = usual || task.step.advance;
-  const auto result =
-      contact::contact_force(contact::contact_of<single>(pairs_of<Half>(task, found, first)), law,
-                             terms, task.step.dt, advance);
+  const auto pair = pairs_of<Half>(task, found, first);
+  const auto contact = contact::contact_of<single>(pair);
+  const auto result = contact::contact_force(contact, law, terms, task.step.dt, advance);
   const Loads<Two<Half>> loads{result.force, result.torque_i, result.torque_j, result.damping};
   const auto store = [&](int begin, int count, const Vector3<Half>& displacement,
                          const Loads<Half>& loads) {
@@ -134,9 +220,10 @@ template <class Half, bool usual, bool limited>
   if (count > Half::lanes)
     store(first + Half::lanes, count - Half::lanes, second_of(result.displacement),
           second_of(loads));
+  if constexpr (recorded) record_work<Half>(task, found, first, count, pair, contact, result);
 }
 
-template <class Half, bool usual, bool limited>
+template <class Half, bool usual, bool limited, bool recorded>
 inline void evaluate_list(const Task& task)
 {
   constexpr int lanes = Two<Half>::lanes;
@@ -153,26 +240,40 @@ inline void evaluate_list(const Task& task)
           const Ball j = found.j[first + lane];
           __builtin_prefetch(&row_of(velocity, j));
           __builtin_prefetch(&row_of(force, j), 1);
+          if constexpr (recorded) {
+            const double* work = numbers_of_work(*task.record, found, first + lane);
+            __builtin_prefetch(work, 1);
+            __builtin_prefetch(work + 8, 1);
+          }
         }
       },
       [&](const Found& found, int first, int count) {
         if (laws.only_type == 0) law = gathered_law<Half>(task, found, first);
-        evaluate_pack<Half, usual, limited>(task, found, first, count, law);
+        evaluate_pack<Half, usual, limited, recorded>(task, found, first, count, law);
       });
 }
 
-template <class Half>
-inline void evaluate_number(const Task& task)
+template <class Half, bool recorded>
+inline void evaluate_terms(const Task& task)
 {
   const contact::ContactTerms& terms = task.terms;
   const bool usual =
       terms.history && terms.tangential_damping && terms.rolling && task.step.advance;
   if (!usual)
-    evaluate_list<Half, false, false>(task);
+    evaluate_list<Half, false, false, recorded>(task);
   else if (terms.limited_damping)
-    evaluate_list<Half, true, true>(task);
+    evaluate_list<Half, true, true, recorded>(task);
   else
-    evaluate_list<Half, true, false>(task);
+    evaluate_list<Half, true, false, recorded>(task);
+}
+
+template <class Half>
+inline void evaluate_number(const Task& task)
+{
+  if (task.record)
+    evaluate_terms<Half, true>(task);
+  else
+    evaluate_terms<Half, false>(task);
 }
 
 /// Return the first three numbers at an address, and 0.

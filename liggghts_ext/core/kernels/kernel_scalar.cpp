@@ -46,8 +46,76 @@ struct Budget {
   void separated(int entry) { of.separated(entry); }
 };
 
-template <class BudgetOrNone>
-void evaluate_contact(const Task& task, int entry, double* displacement, BudgetOrNone budget)
+/// Without a record of the work.
+struct NoRecord {
+  void contact(const Task&, int, const contact::BallPair<double>&, const contact::Contact<double>&,
+               const contact::ContactForce<double>&)
+  {
+  }
+  void begins(int) {}
+  void ends(const Task&, int) {}
+};
+
+/// Records the work of each contact, as `record_work` in kernel_packs.cpp does.
+struct Record {
+  energy::WorkRecord& to;
+
+  /// Return the power of a contact's loads [W].
+  static double power(const energy::ContactWork& work, const Vector3<double>& velocity,
+                      const Vector3<double>& spin_i, const Vector3<double>& spin_j)
+  {
+    return dot(vector3(work.force), velocity) + dot(vector3(work.torque_i), spin_i) +
+           dot(vector3(work.torque_j), spin_j);
+  }
+
+  /// Add the work of half a step to the sum over all contacts. Return the work.
+  double add(const Task& task, int entry, double power)
+  {
+    const double work = -to.half_step * power;
+    to.total += task.pairs.other[entry] < task.particles.nlocal ? work : 0.5 * work;
+    return work;
+  }
+
+  void contact(const Task& task, int entry, const contact::BallPair<double>& pair,
+               const contact::Contact<double>& contact, const contact::ContactForce<double>& result)
+  {
+    energy::ContactWork& work = to.of_entry[entry];
+    const double before = power(work, pair.velocity, pair.spin_i, pair.spin_j);
+    const auto store = [](const Vector3<double>& from, double(&numbers)[3]) {
+      numbers[0] = from.x;
+      numbers[1] = from.y;
+      numbers[2] = from.z;
+    };
+    store(result.force - result.elastic_force * contact.normal, work.force);
+    store(result.torque_i, work.torque_i);
+    store(result.torque_j, work.torque_j);
+    const double now = power(work, pair.velocity, pair.spin_i, pair.spin_j);
+    work.dissipated += add(task, entry, before + now);
+    const contact::EvaluatedContact evaluated(contact, result);
+    work.stored = evaluated.tangential_energy();
+    if (work.available < 0.0)
+      work.available = to.half_step > 0.0 ? evaluated.approach_energy() : 0.0;
+  }
+  void begins(int entry)
+  {
+    to.of_entry[entry] = {};
+    to.of_entry[entry].available = energy::ContactWork::not_evaluated;
+  }
+  void ends(const Task& task, int entry)
+  {
+    const neighbor::Particles& balls = task.particles;
+    const int i = task.pairs.own[entry], j = task.pairs.other[entry];
+    const energy::ContactWork& work = to.of_entry[entry];
+    const double last = add(task, entry,
+                            power(work, vector3(balls.velocity[i]) - vector3(balls.velocity[j]),
+                                  vector3(balls.spin[i]), vector3(balls.spin[j])));
+    to.ended[to.count++] = {i, j, work.dissipated + last, work.available};
+  }
+};
+
+template <class BudgetOrNone, class RecordOrNone>
+void evaluate_contact(const Task& task, int entry, double* displacement, BudgetOrNone budget,
+                      RecordOrNone record)
 {
   const int i = task.pairs.own[entry], j = task.pairs.other[entry];
   const neighbor::Particles& particles = task.particles;
@@ -70,6 +138,7 @@ void evaluate_contact(const Task& task, int entry, double* displacement, BudgetO
   const auto result =
       contact::contact_force(contact, law, task.terms, task.step.dt, task.step.advance);
   budget.contact(task, entry, contact, result);
+  record.contact(task, entry, pair, contact, result);
   displacement[0] = result.displacement.x;
   displacement[1] = result.displacement.y;
   displacement[2] = result.displacement.z;
@@ -102,8 +171,8 @@ void begin_damping(const Task& task)
   }
 }
 
-template <class BudgetOrNone>
-void evaluate_all(const Task& task, BudgetOrNone budget)
+template <class BudgetOrNone, class RecordOrNone>
+void evaluate_all(const Task& task, BudgetOrNone budget, RecordOrNone record)
 {
   begin_damping(task);
   for (int entry = 0; entry < task.pairs.entries; ++entry) {
@@ -114,24 +183,37 @@ void evaluate_all(const Task& task, BudgetOrNone budget)
     double* displacement = task.pairs.displacement + 3 * static_cast<std::size_t>(entry);
     int& touching = task.pairs.touching[entry];
     if (dot(separation, separation) < radii * radii) {
-      if (!touching) displacement[0] = displacement[1] = displacement[2] = 0.0;
+      if (!touching) {
+        displacement[0] = displacement[1] = displacement[2] = 0.0;
+        record.begins(entry);
+      }
       touching = 1;
       raise_overlap(task, radii, separation);
-      evaluate_contact(task, entry, displacement, budget);
+      evaluate_contact(task, entry, displacement, budget, record);
       continue;
     }
     budget.separated(entry);
+    if (touching) record.ends(task, entry);
     if (task.step.reset_on_separation) touching = 0;
   }
   for (int i = 0; task.terms.limited_damping && task.step.advance && i < task.particles.nlocal; ++i)
     task.sums.damping[i] = task.rows->force[i].damping;
 }
 
+template <class BudgetOrNone>
+void evaluate_with(const Task& task, BudgetOrNone budget)
+{
+  if (task.record)
+    evaluate_all(task, budget, Record{*task.record});
+  else
+    evaluate_all(task, budget, NoRecord{});
+}
+
 }  // namespace
 
 void evaluate(const Task& task)
 {
-  evaluate_all(task, NoBudget{});
+  evaluate_with(task, NoBudget{});
 }
 
 }  // namespace millscale::kernels::v2
@@ -140,7 +222,7 @@ namespace millscale::kernels {
 
 void evaluate_with_budget(const Task& task, energy::PairSums& sums)
 {
-  v2::evaluate_all(task, v2::Budget{sums});
+  v2::evaluate_with(task, v2::Budget{sums});
 }
 
 }  // namespace millscale::kernels

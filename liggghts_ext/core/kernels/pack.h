@@ -184,6 +184,16 @@ inline Vector3<Half> second_of(const Vector3<Two<Half>>& v)
   return {v.x.second, v.y.second, v.z.second};
 }
 template <class Half>
+inline Columns<Half> first_of(const Columns<Two<Half>>& columns)
+{
+  return {first_of(columns.xyz), columns.fourth.first};
+}
+template <class Half>
+inline Columns<Half> second_of(const Columns<Two<Half>>& columns)
+{
+  return {second_of(columns.xyz), columns.fourth.second};
+}
+template <class Half>
 inline Loads<Half> first_of(const Loads<Two<Half>>& loads)
 {
   return {first_of(loads.force), first_of(loads.torque_i), first_of(loads.torque_j),

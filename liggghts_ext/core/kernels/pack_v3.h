@@ -213,24 +213,29 @@ inline void store_three(double* to, __m256d numbers)
   _mm_store_sd(to + 2, _mm256_extractf128_pd(numbers, 1));
 }
 
-/// Store the first `count` displacements at address(lane).
-template <class Address>
-inline void store_at(const Address& address, int count, const Vector3<Doubles>& v)
+inline void store_four(double* to, __m256d numbers)
 {
-  const __m256d z = __m256d(v.z.values);
-  const DoubleRows rows = transposed({__m256d(v.x.values), __m256d(v.y.values), z, z});
-  for (int k = 0; k < 4 && k < count; ++k) store_three(address(k), rows.of[k]);
+  _mm256_storeu_pd(to, numbers);
 }
 
-template <class Address>
-inline void store_at(const Address& address, int count, const Vector3<Singles>& v)
+/// Store the first `count` rows of four numbers with store(lane, row).
+template <class Store>
+inline void store_each(const Store& store, int count, const Columns<Doubles>& c)
 {
-  const __m256 z = __m256(v.z.values);
-  const SingleRows rows = transposed({__m256(v.x.values), __m256(v.y.values), z, z});
+  const DoubleRows rows = transposed({__m256d(c.xyz.x.values), __m256d(c.xyz.y.values),
+                                      __m256d(c.xyz.z.values), __m256d(c.fourth.values)});
+  for (int k = 0; k < 4 && k < count; ++k) store(k, rows.of[k]);
+}
+
+template <class Store>
+inline void store_each(const Store& store, int count, const Columns<Singles>& c)
+{
+  const SingleRows rows = transposed({__m256(c.xyz.x.values), __m256(c.xyz.y.values),
+                                      __m256(c.xyz.z.values), __m256(c.fourth.values)});
   for (int k = 0; k < 4 && k < count; ++k)
-    store_three(address(k), _mm256_cvtps_pd(_mm256_castps256_ps128(rows.of[k])));
+    store(k, _mm256_cvtps_pd(_mm256_castps256_ps128(rows.of[k])));
   for (int k = 0; k < 4 && k + 4 < count; ++k)
-    store_three(address(k + 4), _mm256_cvtps_pd(_mm256_extractf128_ps(rows.of[k], 1)));
+    store(k + 4, _mm256_cvtps_pd(_mm256_extractf128_ps(rows.of[k], 1)));
 }
 
 /// Add the loads of the first `count` contacts to the rows of i and j, one contact after the other.

@@ -195,30 +195,33 @@ inline void store_three(double* to, __m256d numbers)
   _mm256_mask_storeu_pd(to, 7, numbers);
 }
 
-/// Store the first `count` displacements at address(lane).
-template <class Address>
-inline void store_at(const Address& address, int count, const Vector3<Doubles>& v)
+inline void store_four(double* to, __m256d numbers)
 {
-  const __m512d z = __m512d(v.z.values);
-  const DoubleRows rows = transposed({__m512d(v.x.values), __m512d(v.y.values), z, z});
-  for (int k = 0; k < 4 && k < count; ++k)
-    store_three(address(k), _mm512_castpd512_pd256(rows.of[k]));
-  for (int k = 0; k < 4 && k + 4 < count; ++k)
-    store_three(address(k + 4), _mm512_extractf64x4_pd(rows.of[k], 1));
+  _mm256_storeu_pd(to, numbers);
 }
 
-template <class Address>
-inline void store_at(const Address& address, int count, const Vector3<Singles>& v)
+/// Store the first `count` rows of four numbers with store(lane, row).
+template <class Store>
+inline void store_each(const Store& store, int count, const Columns<Doubles>& c)
 {
-  const __m512 z = __m512(v.z.values);
-  const SingleRows rows = transposed({__m512(v.x.values), __m512(v.y.values), z, z});
-  const auto store = [&](int lane, __m128 row) {
-    if (lane < count) store_three(address(lane), _mm256_cvtps_pd(row));
+  const DoubleRows rows = transposed({__m512d(c.xyz.x.values), __m512d(c.xyz.y.values),
+                                      __m512d(c.xyz.z.values), __m512d(c.fourth.values)});
+  for (int k = 0; k < 4 && k < count; ++k) store(k, _mm512_castpd512_pd256(rows.of[k]));
+  for (int k = 0; k < 4 && k + 4 < count; ++k) store(k + 4, _mm512_extractf64x4_pd(rows.of[k], 1));
+}
+
+template <class Store>
+inline void store_each(const Store& store, int count, const Columns<Singles>& c)
+{
+  const SingleRows rows = transposed({__m512(c.xyz.x.values), __m512(c.xyz.y.values),
+                                      __m512(c.xyz.z.values), __m512(c.fourth.values)});
+  const auto store_row = [&](int lane, __m128 row) {
+    if (lane < count) store(lane, _mm256_cvtps_pd(row));
   };
-  for (int k = 0; k < 4; ++k) store(k, _mm512_castps512_ps128(rows.of[k]));
-  for (int k = 0; k < 4; ++k) store(k + 4, _mm512_extractf32x4_ps(rows.of[k], 1));
-  for (int k = 0; k < 4; ++k) store(k + 8, _mm512_extractf32x4_ps(rows.of[k], 2));
-  for (int k = 0; k < 4; ++k) store(k + 12, _mm512_extractf32x4_ps(rows.of[k], 3));
+  for (int k = 0; k < 4; ++k) store_row(k, _mm512_castps512_ps128(rows.of[k]));
+  for (int k = 0; k < 4; ++k) store_row(k + 4, _mm512_extractf32x4_ps(rows.of[k], 1));
+  for (int k = 0; k < 4; ++k) store_row(k + 8, _mm512_extractf32x4_ps(rows.of[k], 2));
+  for (int k = 0; k < 4; ++k) store_row(k + 12, _mm512_extractf32x4_ps(rows.of[k], 3));
 }
 
 /// Add the loads of the first `count` contacts to the rows of i and j, one contact after the other.

@@ -166,6 +166,7 @@ void fill_last_pack(WallBatch& batch)
   }
 }
 
+template <bool recorded>
 [[gnu::flatten]] void evaluate_all(const WallTask& task, WallBatch& batch)
 {
   fill_last_pack(batch);
@@ -206,6 +207,16 @@ void fill_last_pack(WallBatch& batch)
     store(batch.torque, k, result.torque_i);
     store(batch.moment, k, cross(touch.arm, result.force) + result.torque_i);
     result.damping.store(batch.damping + k);
+    if constexpr (recorded) {
+      const Pack zero(0.0), half(0.5), speed = dot(contact.velocity, contact.normal);
+      const Vectors loads = result.force - result.elastic_force * contact.normal;
+      store(batch.loads, k, loads);
+      (patch.turns * dot(all<Pack>(task.frame.spin), cross(touch.arm, loads) + result.torque_i))
+          .store(batch.wall_power + k);
+      choose(speed > zero, zero, half * contact.mass * speed * speed).store(batch.approach + k);
+      (half * result.tangential_stiffness * dot(result.displacement, result.displacement))
+          .store(batch.stored + k);
+    }
   }
 }
 
@@ -229,6 +240,6 @@ std::uint64_t find_moved(const WallTask& task, const NearBalls& near, int first)
 
 }  // namespace
 
-const WallKernels wall{find_moved, evaluate_all};
+const WallKernels wall{find_moved, evaluate_all<false>, evaluate_all<true>};
 
 }  // namespace millscale::kernels::MILLSCALE_LEVEL

@@ -79,6 +79,12 @@ struct WallBatch {
   alignas(64) double torque[3][most];      ///< about the ball's centre [N m]
   alignas(64) double moment[3][most];      ///< force and torque about the wall's origin [N m]
   alignas(64) double damping[most];        ///< tangential coefficient [kg/s]
+
+  // Further results of `evaluate_recorded`.
+  alignas(64) double loads[3][most];    ///< force without the elastic normal force [N]
+  alignas(64) double wall_power[most];  ///< of these loads and the torque, on the ball [W]
+  alignas(64) double approach[most];    ///< 1/2 m v_n^2, 0 if the ball leaves [J]
+  alignas(64) double stored[most];      ///< by the tangential spring [J]
 };
 
 /// What the contacts with a wall need. Nothing is owned here.
@@ -100,6 +106,7 @@ struct WallKernels {
   /// Return a bit for each of up to 64 balls from `first` on that has moved as far as it could.
   std::uint64_t (*moved)(const WallTask&, const NearBalls&, int first);
   void (*evaluate)(const WallTask&, WallBatch&);
+  void (*evaluate_recorded)(const WallTask&, WallBatch&);  ///< with the further results
 };
 
 }  // namespace millscale::kernels

@@ -16,21 +16,61 @@ constexpr int absent = -1;
 /// Global ids of the particles of a list; a ghost has the tag of the particle it copies.
 using Tags = std::vector<int>;
 
-/// Restore the contact history between i and the particle with this tag: `sign` times
-/// `displacement`. Return true if the pair is listed under i, overlaps, and is no pair with a
-/// ghost. A contact with a ghost has a second entry, under the particle that the ghost copies.
-inline bool restore_history(PairList& list, const Particles& particles, const int* tags, int i,
-                            int tag, const double* displacement, double sign)
+/// What a contact remembers, on i.
+struct Remembered {
+  const double* displacement;                 ///< tangential [m]
+  const energy::ContactWork* work = nullptr;  ///< null if it is not known
+};
+
+/// Return the work of a contact, none if it is not known. sign: -1 to exchange i and j.
+inline energy::ContactWork work_on(const Remembered& known, double sign)
 {
-  bool only_entry = false;
+  if (!known.work) return {};
+  return sign > 0.0 ? *known.work : energy::seen_from_j(*known.work);
+}
+
+/// Set what a contact remembers. sign: -1 if it is known on j.
+inline void remember(PairList& list, int entry, const Remembered& known, double sign)
+{
+  list.touching[entry] = 1;
+  for (int d = 0; d < 3; ++d)
+    list.displacement[3 * static_cast<std::size_t>(entry) + d] = sign * known.displacement[d];
+  if (!list.records_work) return;
+  list.work[entry] = work_on(known, sign);
+}
+
+/// Return what the contact of an entry remembers.
+inline Remembered remembered(const PairList& list, int entry)
+{
+  return {&list.displacement[3 * static_cast<std::size_t>(entry)],
+          list.work.empty() ? nullptr : &list.work[entry]};
+}
+
+/// Restore the contact history between i and the particle with this tag. Return true if the pair is
+/// listed under i, overlaps, and is no pair with a ghost. A contact with a ghost has a second
+/// entry, under the particle that the ghost copies.
+inline bool restore_history(PairList& list, const Particles& particles, const int* tags, int i,
+                            int tag, const Remembered& known, double sign)
+{
+  bool only_entry = false, restored = false;
+  int nearest = absent;
   for (int entry = list.first[i]; entry < list.first[i] + list.partners[i]; ++entry) {
     const int j = list.other[entry];
-    if (tags[j] != tag || !overlap(particles, i, j)) continue;
-    list.touching[entry] = 1;
-    for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * displacement[d];
+    if (tags[j] != tag) continue;
+    if (!overlap(particles, i, j)) {
+      if (nearest == absent || separation_squared(particles, i, j) <
+                                   separation_squared(particles, i, list.other[nearest]))
+        nearest = entry;
+      continue;
+    }
+    remember(list, entry, known, sign);
     only_entry = j < particles.nlocal;
+    restored = true;
   }
-  return only_entry;
+  if (restored || nearest == absent || !list.records_work) return only_entry;
+  // The contact has ended at this step, and the kernel is to record its end.
+  remember(list, nearest, known, sign);
+  return list.other[nearest] < particles.nlocal;
 }
 
 namespace detail {
@@ -53,20 +93,18 @@ inline int entry_of(const PairList& list, int i, int j)
   return -1;
 }
 
-/// Restore the contact history of two local particles: `displacement` on i. Return true if the list
-/// has the pair without a ghost, and it overlaps. The pair is most often listed under the particle
-/// whose entries come first.
+/// Restore the contact history of two local particles. Return true if the list has the pair without
+/// a ghost, and it overlaps. The pair is most often listed under the particle whose entries come
+/// first.
 inline bool restore_local(PairList& list, const Particles& particles, int i, int j,
-                          const double* displacement)
+                          const Remembered& known)
 {
   const bool i_first = list.first[i] <= list.first[j];
   for (const bool under_i : {i_first, !i_first}) {
     const int entry = under_i ? entry_of(list, i, j) : entry_of(list, j, i);
     if (entry < 0) continue;
     if (!overlap(particles, i, j)) return false;
-    const double sign = under_i ? 1.0 : -1.0;
-    list.touching[entry] = 1;
-    for (int d = 0; d < 3; ++d) list.displacement[3 * entry + d] = sign * displacement[d];
+    remember(list, entry, known, under_i ? 1.0 : -1.0);
     return true;
   }
   return false;
@@ -94,18 +132,18 @@ inline void transfer_history(const PairList& old, const Tags& old_tags,
       const int entry = touching[k];
       const int a = old.own[entry], b = old.other[entry];
       const int i = new_index[a], j = b < old.nlocal() ? new_index[b] : absent;
-      const double* displacement = &old.displacement[3 * static_cast<std::size_t>(entry)];
-      if (i != absent && j != absent && detail::restore_local(list, particles, i, j, displacement))
+      const Remembered known = remembered(old, entry);
+      if (i != absent && j != absent && detail::restore_local(list, particles, i, j, known))
         continue;
-      if (i != absent && restore_history(list, particles, tags, i, old_tags[b], displacement, 1.0))
+      if (i != absent && restore_history(list, particles, tags, i, old_tags[b], known, 1.0))
         continue;
-      if (j != absent) restore_history(list, particles, tags, j, old_tags[a], displacement, -1.0);
+      if (j != absent) restore_history(list, particles, tags, j, old_tags[a], known, -1.0);
     }
   }
 }
 
-/// Call visit(particle, tag of the partner, displacement, sign) for each contact of each marked
-/// local particle. The contact history of the particle is sign times displacement.
+/// Call visit(particle, tag of the partner, remembered, sign) for each contact of each marked local
+/// particle. sign: -1 if the particle is j of what is remembered.
 template <class Visit>
 void for_each_history_of(const std::vector<char>& marked, const PairList& list, const Tags& tags,
                          const Visit& visit)
@@ -113,9 +151,9 @@ void for_each_history_of(const std::vector<char>& marked, const PairList& list, 
   for (int entry = 0; entry < list.entries; ++entry) {
     if (!list.touching[entry]) continue;
     const int a = list.own[entry], b = list.other[entry];
-    const double* displacement = &list.displacement[3 * static_cast<std::size_t>(entry)];
-    if (marked[a]) visit(a, tags[b], displacement, 1.0);
-    if (b < list.nlocal() && marked[b]) visit(b, tags[a], displacement, -1.0);
+    const Remembered known = remembered(list, entry);
+    if (marked[a]) visit(a, tags[b], known, 1.0);
+    if (b < list.nlocal() && marked[b]) visit(b, tags[a], known, -1.0);
   }
 }
 

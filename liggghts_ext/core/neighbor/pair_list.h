@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/energy/contact_work.h"
 #include "core/neighbor/cell_grid.h"
 #include "core/neighbor/cells.h"
 #include "core/neighbor/particles.h"
@@ -21,16 +22,20 @@ struct PairList {
   std::vector<int> touching;         ///< 1 while the pair is in contact
   std::vector<double> displacement;  ///< tangential displacement on i, three per entry, of pairs in
                                      ///< contact [m]; anything else of others
+  bool records_work = false;         ///< the work of contacts is recorded
+  std::vector<energy::ContactWork> work;  ///< of pairs in contact, if recorded
 
   int nlocal() const { return static_cast<int>(first.size()); }
 
   /// Make room for `count` entries.
   void reserve(std::size_t count)
   {
-    if (other.size() >= count) return;
-    own.resize(count + count / 4);
-    other.resize(count + count / 4);
-    displacement.resize(3 * other.size());
+    if (other.size() < count) {
+      own.resize(count + count / 4);
+      other.resize(count + count / 4);
+      displacement.resize(3 * other.size());
+    }
+    if (records_work && work.size() < other.size()) work.resize(other.size());
   }
 };
 

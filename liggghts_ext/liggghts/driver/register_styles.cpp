@@ -15,6 +15,7 @@
 #include "lammps.h"
 #include "modify.h"
 
+#include "liggghts/energy/fix_mill_impacts.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/loop/mill_loop.h"
 #include "liggghts/measure/compute_mill_charge.h"
@@ -111,6 +112,7 @@ void register_styles(LAMMPS& engine)
   fixes["mill/restart"] = &create_fix<LAMMPS_NS::FixMillRestart>;
   fixes["mill/guard"] = &create_fix<LAMMPS_NS::FixMillGuard>;
   fixes["mill/ledger"] = &create_fix<LAMMPS_NS::FixMillLedger>;
+  fixes["mill/impacts"] = &create_fix<LAMMPS_NS::FixMillImpacts>;
   fixes["mill/drive"] = &create_fix<LAMMPS_NS::FixMillDrive>;
   fixes["mill/occupancy"] = &create_fix<LAMMPS_NS::FixMillOccupancy>;
   fixes["mill/liner_loads"] = &create_fix<LAMMPS_NS::FixMillLinerLoads>;
@@ -138,6 +140,7 @@ void list_styles(std::ostream& out)
          "  fix mill/guard           stops a faulty run and names the ball and the reason\n"
          "  fix mill/ledger          energy budget: work of the mill, energy stored and "
          "dissipated\n"
+         "  fix mill/impacts         spectra of the energy that contacts dissipate, to a file\n"
          "  fix mill/drive           work, torque and power of the drive, summed over all steps\n"
          "  fix mill/occupancy       solid fraction of the cross-section on a polar grid, to a "
          "file\n"

@@ -8,14 +8,13 @@
 #include "atom.h"
 #include "comm.h"
 #include "error.h"
-#include "force.h"
 #include "modify.h"
-#include "pair_gran.h"
 #include "update.h"
 
 #include "core/math/constants.h"
 #include "liggghts/common/first_fix.h"
 #include "liggghts/common/keywords.h"
+#include "liggghts/energy/covered_contacts.h"
 #include "liggghts/mill/mill_of.h"
 
 using namespace LAMMPS_NS;
@@ -83,28 +82,11 @@ void FixMillLedger::init()
 {
   try {
     mill_fix_ = mill_of(modify, mill_id_);
-    require_covered();
+    require_recorded_contacts(force, modify, "energy budget");
   } catch (const std::invalid_argument& problem) {
     error->fix_error(FLERR, this, problem.what());
   }
   forces_carried_ = recent_restart && modify->n_fixes_style("mill/forces") > 0;
-}
-
-void FixMillLedger::require_covered() const
-{
-  if (force->pair) {
-    auto* pair = dynamic_cast<PairGran*>(force->pair);
-    if (!pair || !pair->contact_match("surface", "fast"))
-      throw std::invalid_argument(
-          "contacts of balls must be `pair_style gran ... surface fast`; other styles compute no "
-          "energy budget");
-  }
-  for (int i = 0; i < modify->nfix; ++i) {
-    const std::string other = modify->fix[i]->style;
-    if (other.rfind("wall/", 0) == 0 && other != "wall/mill")
-      throw std::invalid_argument("walls must be fix wall/mill, got fix " + other +
-                                  "; other walls compute no energy budget");
-  }
 }
 
 void FixMillLedger::setup_pre_force(int vflag)

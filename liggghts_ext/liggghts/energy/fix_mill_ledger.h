@@ -50,7 +50,6 @@ class FixMillLedger : public Fix {
   struct State;
 
   void parse(int narg, char** arg);
-  void require_covered() const;
   millscale::energy::Works powers(double shift) const;
   Energies energies() const;
   Energies energies_of_all_ranks() const;

@@ -11,6 +11,8 @@
 #include "pair_gran.h"
 #include "update.h"
 
+#include "liggghts/energy/fix_mill_impacts.h"
+
 using namespace LAMMPS_NS;
 namespace neighbor = millscale::neighbor;
 
@@ -84,11 +86,12 @@ void FixPairContactHistory::store_history()
   mark_leaving();
   *computeflag_ = 0;
   std::fill_n(npartner_, atom->nmax, 0);
+  if (impacts_) impacts_->forget_kept();
   ipage_->reset();
   dpage_->reset();
   if (std::find(leaving_.begin(), leaving_.end(), 1) == leaving_.end()) return;
   find_current_indices();
-  neighbor::for_each_history_of(leaving_, list_, tag_, [&](int ball, int, const double*, double) {
+  neighbor::for_each_history_of(leaving_, list_, tag_, [&](int ball, int, const auto&, double) {
     if (current_index_[ball] != neighbor::absent) ++npartner_[current_index_[ball]];
   });
   for (int i = 0; i < atom->nlocal; ++i) {
@@ -100,16 +103,28 @@ void FixPairContactHistory::store_history()
       error->one(FLERR, "a ball has more contacts than neigh_modify one allows: raise it");
     npartner_[i] = 0;
   }
-  neighbor::for_each_history_of(leaving_, list_, tag_,
-                                [&](int ball, int tag, const double* displacement, double sign) {
-                                  const int i = current_index_[ball];
-                                  if (i == neighbor::absent) return;
-                                  const int k = npartner_[i]++;
-                                  partner_[i][k] = tag;
-                                  for (int d = 0; d < 3; ++d)
-                                    contacthistory_[i][dnum_ * k + d] = sign * displacement[d];
-                                });
-  comm->maxexchange_fix = std::max(comm->maxexchange_fix, (dnum_ + 1) * maxtouch_ + 1);
+  neighbor::for_each_history_of(
+      leaving_, list_, tag_,
+      [&](int ball, int tag, const neighbor::Remembered& known, double sign) {
+        const int i = current_index_[ball];
+        if (i == neighbor::absent) return;
+        const int k = npartner_[i]++;
+        partner_[i][k] = tag;
+        for (int d = 0; d < 3; ++d)
+          contacthistory_[i][dnum_ * k + d] = sign * known.displacement[d];
+        if (impacts_) impacts_->keep(i, neighbor::work_on(known, sign));
+      });
+  const int work = impacts_ ? FixMillImpacts::exchanged_numbers : 0;
+  comm->maxexchange_fix = std::max(comm->maxexchange_fix, (dnum_ + 1 + work) * maxtouch_ + 1);
+}
+
+void FixPairContactHistory::record_work(FixMillImpacts* impacts)
+{
+  impacts_ = impacts;
+  for (neighbor::PairList* list : {&list_, &old_list_}) {
+    list->records_work = impacts != nullptr;
+    if (!impacts) list->work = {};
+  }
 }
 
 void FixPairContactHistory::find_current_indices()
@@ -133,8 +148,9 @@ void FixPairContactHistory::take_over_history(const neighbor::Particles& particl
   // The engine's arrays hold the histories of all particles, or of those that have arrived.
   for (int i = 0; i < particles.nlocal; ++i)
     for (int k = 0; k < npartner_[i]; ++k)
-      neighbor::restore_history(list_, particles, atom->tag, i, partner_[i][k],
-                                &contacthistory_[i][dnum_ * k], 1.0);
+      neighbor::restore_history(
+          list_, particles, atom->tag, i, partner_[i][k],
+          {&contacthistory_[i][dnum_ * k], impacts_ ? impacts_->kept(i, k) : nullptr}, 1.0);
   in_use_ = true;
   tag_.assign(atom->tag, atom->tag + particles.total());
   std::iota(index_in_list_.begin(), index_in_list_.begin() + particles.nlocal, 0);

@@ -28,6 +28,9 @@ class FixPairContactHistory : public FixContactHistory {
   int pack_exchange(int, double*) override;
   int unpack_exchange(int, double*) override;
 
+  /// Record the work of contacts in the lists from the next one on, and keep that of balls that
+  /// leave in a fix; null: record none.
+  void record_work(class FixMillImpacts*);
   /// Return the list to build. The old list is kept until `take_over_history`.
   millscale::neighbor::PairList& next_list();
   /// Transfer all contact histories to the new list, and set it as the engine's neighbour list.
@@ -43,12 +46,13 @@ class FixPairContactHistory : public FixContactHistory {
   void publish(class PairGran*);
 
   millscale::neighbor::PairList list_, old_list_;
-  bool in_use_ = false;             ///< the list holds the histories of the last step
-  bool stays_in_list_ = false;      ///< the histories stay in the list during the exchange
-  millscale::neighbor::Tags tag_;   ///< of the particles of the list
-  std::vector<int> index_in_list_;  ///< of each particle, or absent
-  std::vector<int> current_index_;  ///< of each local particle of the list, or absent
-  std::vector<char> leaving_;       ///< of each local particle of the list
+  class FixMillImpacts* impacts_ = nullptr;  ///< keeps the work of contacts; null if nobody records
+  bool in_use_ = false;                      ///< the list holds the histories of the last step
+  bool stays_in_list_ = false;               ///< the histories stay in the list during the exchange
+  millscale::neighbor::Tags tag_;            ///< of the particles of the list
+  std::vector<int> index_in_list_;           ///< of each particle, or absent
+  std::vector<int> current_index_;           ///< of each local particle of the list, or absent
+  std::vector<char> leaving_;                ///< of each local particle of the list
 
   NeighList engine_list_, engine_history_list_;
   std::vector<int> owned_;

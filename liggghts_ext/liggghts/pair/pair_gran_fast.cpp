@@ -26,6 +26,7 @@
 #include "liggghts/common/first_fix.h"
 #include "liggghts/common/keywords.h"
 #include "liggghts/common/reads_overlap.h"
+#include "liggghts/energy/fix_mill_impacts.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/pair/fix_adaptive_skin.h"
 #include "liggghts/pair/fix_ball_rows.h"
@@ -163,6 +164,14 @@ void PairGranFast::init_granular()
   find_overlap_readers();
   history_ =
       static_cast<FixPairContactHistory*>(pair_->get_fix_history());  // so for all, by its style
+  impacts_ = first_fix<FixMillImpacts>(modify);
+  if (impacts_ && !reset_on_separation_)
+    error->all(FLERR,
+               (std::string(style_name) +
+                ": fix mill/impacts needs `memory of_contact`: with `memory stock` a contact "
+                "outlasts a separation")
+                   .c_str());
+  history_->record_work(impacts_);
   try {
     laws_ = contact_laws(lmp, style_name, tangential_ != "off", terms_.rolling);
     if (tangential_ == "no_history") refuse_friction_of_balls();
@@ -272,10 +281,13 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
   now.sums = {reinterpret_cast<double(*)[3]>(atom->f[0]),
               reinterpret_cast<double(*)[3]>(atom->torque[0]),
               damping_ ? damping_->up_to_date() : nullptr};
+  if (impacts_ && now.particles.nlocal > 0)
+    now.record = impacts_->begin_balls(history_->list(), now.step.advance);
   if (now.particles.nlocal > 0 && ledger_)
     kernels::evaluate_with_budget(now, ledger_->between_balls());
   else if (now.particles.nlocal > 0)
     (mixed_ ? kernel_->evaluate_mixed : kernel_->evaluate)(now);
+  if (now.record) impacts_->end_balls();
   if (checks_list_now()) check_list();
 }
 
@@ -298,8 +310,11 @@ void PairGranFast::evaluate_rows()
 {
   history_->in_list();
   const kernels::Rows rows = rows_->store.rows();
-  if (atom->nlocal > 0)
-    (mixed_ ? kernel_->evaluate_rows_mixed : kernel_->evaluate_rows)(task(rows));
+  if (atom->nlocal == 0) return;
+  kernels::Task now = task(rows);
+  if (impacts_) now.record = impacts_->begin_balls(history_->list(), true);
+  (mixed_ ? kernel_->evaluate_rows_mixed : kernel_->evaluate_rows)(now);
+  if (impacts_) impacts_->end_balls();
 }
 
 std::string PairGranFast::needs_engine_loop() const

@@ -76,7 +76,8 @@ class PairGranFast : public LIGGGHTS::PairStyles::IGranularPairStyle, protected 
   class FixContactDamping* damping_ = nullptr;
   class FixAdaptiveSkin* skin_ = nullptr;
   class FixPairContactHistory* history_ = nullptr;
-  class FixMillLedger* ledger_ = nullptr;  ///< the energy budget, if there is one
+  class FixMillLedger* ledger_ = nullptr;    ///< the energy budget, if there is one
+  class FixMillImpacts* impacts_ = nullptr;  ///< the spectra of impacts, if there are any
   bool reset_on_separation_ = true;
   bool mixed_ = false;
   int check_every_ = 0;  ///< steps between searches for missed contacts; 0: never

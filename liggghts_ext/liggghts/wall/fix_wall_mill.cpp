@@ -21,6 +21,7 @@
 #include "liggghts/common/first_fix.h"
 #include "liggghts/common/keywords.h"
 #include "liggghts/common/one_per_ball.h"
+#include "liggghts/energy/fix_mill_impacts.h"
 #include "liggghts/energy/fix_mill_ledger.h"
 #include "liggghts/mill/fix_mill_similarity.h"
 #include "liggghts/mill/mill_of.h"
@@ -41,7 +42,8 @@ namespace {
 constexpr int slots = liner::Contacts::most + 2;  // liner, two ends
 constexpr int slot_size = 4;                      // key, tangential displacement
 
-constexpr int none = -1;          // patch
+constexpr int none = -1;  // patch, or slot
+static_assert(none == FixMillImpacts::begins && slots == FixMillImpacts::wall_slots);
 constexpr int block = 64;         // entries of `Near` examined together
 constexpr std::size_t ahead = 8;  // prefetch distance in forces
 
@@ -159,6 +161,7 @@ void FixWallMill::init()
     make_patches();
     read_materials();
     ledger_ = first_fix<FixMillLedger>(modify);
+    impacts_ = first_fix<FixMillImpacts>(modify);
     loads_ = nullptr;
     for (int i = 0; i < modify->nfix; ++i)
       if (auto* loads = dynamic_cast<FixMillLinerLoads*>(modify->fix[i]))
@@ -435,14 +438,14 @@ void FixWallMill::add_contact(int i, int patch)
   while (s < before && slot(i, s)[0] != key) ++s;
   const double* displacement = s < before ? slot(i, s) + 1 : nullptr;
   for (int d = 0; d < 3; ++d) batch_.displacement[d][k] = displacement ? displacement[d] : 0.0;
-  continued_[k] = displacement;
+  slot_before_[k] = displacement ? s : none;
 }
 
 /// Evaluate the contacts of the batch, store their histories and list their forces.
 void FixWallMill::evaluate_batch()
 {
   if (batch_.count == 0) return;
-  kernels_->evaluate(task_, batch_);
+  (impacts_ ? kernels_->evaluate_recorded : kernels_->evaluate)(task_, batch_);
   const bool moves = task_.dt > 0.0;
   for (int k = 0; k < batch_.count;) {
     const int i = batch_.ball[k], begin = k;
@@ -472,6 +475,9 @@ void FixWallMill::evaluate_batch()
 void FixWallMill::store_history(int i, int begin, int end)
 {
   const int before = touching_[i] & several ? slots : 1;
+  if (impacts_)
+    impacts_->record_wall(i, {batch_, begin, end, slot_before_, before, task_.balls.velocity[i],
+                              task_.balls.spin[i], task_.dt});
   signed char contacts = 0;
   int count = 0;
   for (int k = begin; k < end; ++k) {
@@ -507,7 +513,7 @@ void FixWallMill::add_to_sums(int k)
   const auto result =
       contact::contact_force(on_wall, law_of_type_[batch_.law[k]], terms_, task_.dt, moves);
   const contact::EvaluatedContact evaluated(on_wall, result);
-  const bool begins = !continued_[k] && moves;
+  const bool begins = slot_before_[k] == none && moves;
   if (records_) {
     const millscale::Vector3<double> arm = touch.arm;
     const liner::Point centre{dot(arm, task_.frame.x), dot(arm, task_.frame.z)};

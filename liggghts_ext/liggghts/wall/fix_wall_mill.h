@@ -17,6 +17,7 @@
 namespace LAMMPS_NS {
 
 class FixContactDamping;
+class FixMillImpacts;
 class FixMillLedger;
 class FixMillLinerLoads;
 class FixMillSimilarity;
@@ -111,6 +112,7 @@ class FixWallMill : public FixPerBallRows {
   std::string mill_id_;
   FixMillSimilarity* mill_fix_ = nullptr;
   FixMillLedger* ledger_ = nullptr;     ///< the energy budget, if there is one
+  FixMillImpacts* impacts_ = nullptr;   ///< the spectra of impacts, if there are any
   FixMillLinerLoads* loads_ = nullptr;  ///< loads of the liner, if they are wanted
   bool records_ = false;                ///< the contacts of this step count among the loads
   millscale::LinerArguments liner_arguments_;
@@ -134,7 +136,7 @@ class FixWallMill : public FixPerBallRows {
   millscale::kernels::WallTask task_{};
   millscale::kernels::WallBatch batch_;
   std::vector<millscale::kernels::WallForce> forces_;
-  bool continued_[millscale::kernels::WallBatch::most];  ///< contacts of the batch that are not new
+  int slot_before_[millscale::kernels::WallBatch::most];  ///< of the contacts of the batch, or none
   double on_wall_[6] = {};  ///< force and torque on liner and ends, this rank
   millscale::Vector torque_on_turning_{}, torque_on_ends_{};
 };

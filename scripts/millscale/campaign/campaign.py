@@ -187,6 +187,7 @@ class CampaignPart:
         speed_changes: of `_core.SpeedSchedule`, in the mill's angle.
         ledger: keeps account of the energy; multi-ball only.
         liner_loads: records the loads of the balls on the liner; multi-ball only.
+        impacts: records the energy of contacts; multi-ball only.
     """
 
     kind: Kind
@@ -202,6 +203,7 @@ class CampaignPart:
     charge: Charge | None
     ledger: bool = False
     liner_loads: bool = False
+    impacts: bool = False
     speed_changes: tuple[SpeedChange, ...] = ()
 
 

@@ -362,6 +362,9 @@ SECTIONS: Final[dict[str, dict[str, Key]]] = {
             "number", "bed volume / volume inside the liner, the same in every scaled mill",
             above=0.0, most=0.7,
         ),
+        "impacts": Key(
+            "flag", "spectra of the energy that contacts dissipate, impact_spectra.csv", False
+        ),
         "ledger": Key(
             "flag", "energy budget, ledger.csv; contacts then take several times longer",
             False,

@@ -55,7 +55,8 @@ def build_part(path: Path, name: str, sections: Mapping[str, Any], mill: Mill) -
         dump_angle=section["dump_angle_rad"] or min(DUMP_ANGLE, rotation),
         restart_angle=section["restart_angle_rad"],
         charge=None if single else _charge(path, sections, ratios, mill),
-        ledger=not single and _ledger(path, sections),
+        ledger=not single and _recorded(path, sections, "ledger", "keeps no account of energy"),
+        impacts=not single and _recorded(path, sections, "impacts", "records no impacts"),
         liner_loads=not single and _liner_loads(path, sections),
         speed_changes=changes,
     )
@@ -79,17 +80,21 @@ def _part_policies(
     return left
 
 
-def _ledger(path: Path, sections: Mapping[str, Section]) -> bool:
-    """Return whether the energy budget is wanted; only our contacts and wall compute it."""
-    wanted = bool(sections["multi_ball"]["ledger"])
+def _recorded(path: Path, sections: Mapping[str, Section], flag: str, lacks: str) -> bool:
+    """Return a flag of [multi_ball] that only our contacts and wall can obey.
+
+    Args:
+        lacks: what other contacts and walls do, for the error.
+    """
+    wanted = bool(sections["multi_ball"][flag])
     for section, key, ours in (("model", "contacts", "fast"), ("wall", "kind", "analytic")):
         got = sections[section][key]
         if wanted and got != ours:
             raise CampaignError(
                 path,
-                "multi_ball.ledger",
-                f'got true with {section}.{key} = "{got}", which keeps no account of energy',
-                f'{section}.{key} = "{ours}", or ledger = false',
+                f"multi_ball.{flag}",
+                f'got true with {section}.{key} = "{got}", which {lacks}',
+                f'{section}.{key} = "{ours}", or {flag} = false',
             )
     return wanted
 

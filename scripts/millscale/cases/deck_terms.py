@@ -81,6 +81,7 @@ def deck_part(terms: list[Term], campaign: Campaign, part: CampaignPart) -> Deck
         precision=contacts.precision,
         ledger="on" if part.ledger else "off",
         liner_loads="on" if part.liner_loads else "off",
+        impacts="on" if part.impacts else "off",
     )
 
 

@@ -20,6 +20,8 @@ LEDGER_ROW, IMPACTS = 650, 20_000
 # Most rows of liner_loads.csv and lifter_loads.csv for each class of balls: 130 bins in 190 places
 # and in 100 sectors.
 LINER_LOADS = 220 * 130 * (190 + 100)
+# impact_spectra.csv of a pair of classes of balls: 112 bins twice.
+CONTACT_SPECTRA = 2 * 112 * 150
 TRIANGLE = 350  # liner.stl and liner.vtp
 LOG_LINE = 60  # in log.STAGE and in out.STAGE
 FIXED = 150_000  # decks, records, the rest of the logs
@@ -40,6 +42,9 @@ def output_bytes(case: Case) -> int:
         total += LEDGER_ROW * rows + IMPACTS
     if case.deck.liner_loads == "on":
         total += LINER_LOADS * max(1, len(case.ball.classes or ()))
+    if case.deck.impacts == "on":
+        classes = max(1, len(case.ball.classes or ()))
+        total += CONTACT_SPECTRA * classes * (classes + 3) // 2
     if kind == "multi-ball":
         total += OCCUPANCY + (PACKED_BALL + 2 * SETTLED_BALL + 2 * MOVING_BALL) * balls
     return total

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from millscale.analysis.charge.impacts import HIGHEST, LOWEST, energy_unit, rebinned
 from millscale.analysis.finished import Charge
-from millscale.analysis.result_file import PAIRINGS, ImpactSpectrum
+from millscale.analysis.result_file import PAIRINGS
 from millscale.prediction.extrapolation import (
     ExtrapolationError,
     Group,
@@ -26,8 +27,6 @@ from millscale.prediction.extrapolation import (
 )
 from millscale.prediction.kinds import Kind
 
-# Decades of the energy over m (omega R)^2.
-LOWEST, HIGHEST = -12, 2
 # Fewer impacts in a run are too few for a count.
 FEWEST_IMPACTS = 10.0
 NO_BUDGET = "fewer than two values of S have an energy budget: ledger = true in [multi_ball]"
@@ -131,26 +130,11 @@ def predict_spectra(
 
 def counts_by_decade(charge: Charge, pairing: str) -> np.ndarray:
     """Return the impacts per ball and revolution in each decade, (`HIGHEST` - `LOWEST`,) float."""
-    mill = charge.case.mill
-    unit = charge.case.ball.mass_kg * (mill.omega_rad_s * mill.radius_m) ** 2
     ledger = charge.result.ledger
     assert ledger is not None
-    return rebinned(ledger.impacts[pairing], unit) / charge.balls
-
-
-def rebinned(spectrum: ImpactSpectrum, unit: float) -> np.ndarray:
-    """Return the impacts in decades of the energy over a unit; a bin that an edge of a decade cuts
-    is divided evenly over the logarithm.
-
-    Args:
-        unit: [J].
-    """
-    low, high = (
-        np.log10(np.array(x) / unit) for x in (spectrum.energy_low_J, spectrum.energy_high_J)
-    )
-    begins = np.arange(LOWEST, HIGHEST)[:, None]
-    common = np.minimum(high, begins + 1.0) - np.maximum(low, begins)
-    return np.maximum(common, 0.0) / (high - low) @ np.array(spectrum.impacts)
+    spectrum, unit = ledger.impacts[pairing], energy_unit(charge.case)
+    edges = spectrum.energy_low_J, spectrum.energy_high_J
+    return rebinned(*edges, spectrum.impacts, unit) / charge.balls
 
 
 def _decade(i: int, counts: Mapping[Charge, float], level: float, scales: Scales) -> Decade:

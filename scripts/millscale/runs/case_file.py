@@ -265,6 +265,7 @@ class Deck(Section, frozen=True, forbid_unknown_fields=True):
     precision: Precision = "double"
     ledger: Switch = "off"
     liner_loads: Switch = "off"
+    impacts: Switch = "off"
 
 
 class Domain(Section, frozen=True):

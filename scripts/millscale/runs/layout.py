@@ -20,6 +20,8 @@ PROFILE_FILE = "liner_profile.csv"
 LEDGER_FILES = ("impacts.csv", "ledger.csv")
 # Written where the decks record the loads on the liner.
 LOADS_FILES = ("lifter_loads.csv", "liner_loads.csv")
+# Written where the decks record impacts.
+IMPACTS_FILES = ("impact_spectra.csv",)
 
 
 @dataclass(frozen=True)

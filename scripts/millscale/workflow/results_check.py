@@ -24,7 +24,14 @@ from millscale.engine.restart_file import SIGNATURE, NotWholeError, holds, read_
 from millscale.engine.timing import Before, timing_record
 from millscale.runs.case_file import Case
 from millscale.runs.digests import Digests
-from millscale.runs.layout import BED_DUMP, DUMP_FOLDER, LEDGER_FILES, LOADS_FILES, Stage
+from millscale.runs.layout import (
+    BED_DUMP,
+    DUMP_FOLDER,
+    IMPACTS_FILES,
+    LEDGER_FILES,
+    LOADS_FILES,
+    Stage,
+)
 from millscale.runs.provenance import read_provenance
 from millscale.runs.speed import steps_of_dumps
 from millscale.runs.untrusted import MOST_SERIES, RunFolderError, read_object, read_text
@@ -152,6 +159,8 @@ def _rotated(folder: Path, case: Case, stage: Stage, dumps: bool) -> HandRun:
         _check_ledger(_Series(folder / "ledger.csv"), series)
     if case.deck.liner_loads == "on":
         files += [name for name in LOADS_FILES if _is_whole(folder / name)]
+    if case.deck.impacts == "on":
+        files += [name for name in IMPACTS_FILES if _is_whole(folder / name)]
     if case.deck.dumps == "on":
         _check_dumps(folder, series, steps_of_dumps(case, first), dumps)
         files.append(DUMP_FOLDER)

@@ -23,6 +23,7 @@ from millscale.runs.current import unfinished
 from millscale.runs.layout import (
     BED_DUMP,
     DUMP_FOLDER,
+    IMPACTS_FILES,
     LEDGER_FILES,
     LOADS_FILES,
     PROFILE_FILE,
@@ -213,11 +214,11 @@ def run_of(stage: Stage, case: Case, folder: Path, ranks: int) -> Run:
 
 
 def inputs_of(stage: Stage, folder: Path) -> list[str]:
-    """Return the files that a stage reads, with those its deck includes, the energy budget and the
-    loads on the liner."""
+    """Return the files that a stage reads, with those its deck includes, the energy budget, the
+    impacts and the loads on the liner."""
     included = with_included((stage.deck,), folder) if stage.deck else []
     profile = _profile(folder) if stage.deck else []
-    more = (*LEDGER_FILES, *LOADS_FILES) if stage.name == "result" else ()
+    more = (*LEDGER_FILES, *IMPACTS_FILES, *LOADS_FILES) if stage.name == "result" else ()
     return sorted({*stage.inputs, *included, *profile, *more})
 
 

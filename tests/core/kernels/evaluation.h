@@ -10,6 +10,8 @@ namespace kernel_test {
 using namespace millscale::kernels;
 using namespace millscale::neighbor;
 namespace contact = millscale::contact;
+using millscale::energy::ContactWork, millscale::energy::EndedContact,
+    millscale::energy::WorkRecord;
 
 inline constexpr double dt = 1e-5;
 
@@ -35,6 +37,7 @@ struct Evaluation {
   std::vector<contact::ContactLaw<double>> laws;  ///< of the pairs of types
   bool advance = true, reset_on_separation = true;
   double* largest_overlap = nullptr;
+  WorkRecord* record = nullptr;
 
   explicit Evaluation(const Cloud& c, double gap = 0.005) : cloud(c)
   {
@@ -76,7 +79,8 @@ struct Evaluation {
             {dt, advance, reset_on_separation},
             {reinterpret_cast<double(*)[3]>(force.data()),
              reinterpret_cast<double(*)[3]>(torque.data()), damping.data()},
-            largest_overlap};
+            largest_overlap,
+            record};
   }
 
   /// Evaluate. With `sums`, evaluate with the energy budget.
@@ -96,18 +100,13 @@ struct Evaluation {
   {
     const bool single = is_mixed(kernel);
     RowStore store;
-    const Rows rows = store.resize(cloud.all(), single);
+    const Rows rows = store.resize(cloud.all(), single, true);
     for (int i = 0; i < cloud.all(); ++i) {
       const auto &x = cloud.position[i], &v = cloud.velocity[i], &w = cloud.spin[i];
       const double share = terms.limited_damping ? damping_share(i) : 0.0;
       rows.position[i] = {x[0], x[1], x[2], cloud.radius[i]};
-      if (!single)
-        rows.velocity[i] = {{v[0], v[1], v[2]}, cloud.mass[i], {w[0], w[1], w[2]}, share};
-      else
-        rows.single_velocity[i] = {{float(v[0]), float(v[1]), float(v[2])},
-                                   float(cloud.mass[i]),
-                                   {float(w[0]), float(w[1]), float(w[2])},
-                                   float(share)};
+      rows.velocity[i] = {{v[0], v[1], v[2]}, cloud.mass[i], {w[0], w[1], w[2]}, share};
+      if (single) to_single(rows.velocity[i], rows.single_velocity[i]);
     }
     Task task = this->task(rows);
     task.particles = {nullptr, nullptr,           nullptr,        nullptr,

@@ -94,4 +94,121 @@ TEST(KernelBudget, AtSetUpNothingSlidesAndNoContactBegins)
   EXPECT_EQ(sums.impacts, 0.0);
 }
 
+/// A step whose contacts have loads and works, and what a kernel recorded.
+struct Recorded {
+  Evaluation step;
+  std::vector<EndedContact> ended;
+  WorkRecord record{};
+
+  explicit Recorded(const Evaluation& start) : step(start), ended(step.list.entries)
+  {
+    step.list.work.resize(step.list.other.size());
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (ContactWork& work : step.list.work) {
+      for (auto* vector : {&work.force, &work.torque_i, &work.torque_j})
+        for (double& number : *vector) number = normal(random);
+      work.dissipated = normal(random);
+      work.available = std::abs(normal(random));
+      work.stored = 1.0;
+    }
+    record = {step.list.work.data(), ended.data(), 0, 0.5 * dt, 0.0};
+  }
+  void with(const Implementation& kernel, bool rows)
+  {
+    step.record = &record;
+    rows ? step.with_rows(kernel) : step.with(kernel);
+    ended.resize(record.count);
+  }
+};
+
+void expect_same(const Recorded& got, const Recorded& expected, double tolerance)
+{
+  const double largest = dt * 1e4;  // loads of 1 to 100 N and N m, speeds of some m/s and rad/s
+  ASSERT_EQ(got.ended.size(), expected.ended.size());
+  for (std::size_t k = 0; k < got.ended.size(); ++k) {
+    EXPECT_EQ(got.ended[k].i, expected.ended[k].i);
+    EXPECT_EQ(got.ended[k].j, expected.ended[k].j);
+    EXPECT_NEAR(got.ended[k].dissipated, expected.ended[k].dissipated, 1e-12);
+    EXPECT_EQ(got.ended[k].available, expected.ended[k].available);
+  }
+  const double total = std::abs(expected.record.total);
+  EXPECT_NEAR(got.record.total, expected.record.total, tolerance * (total + largest));
+  int contacts = 0;
+  for (int entry = 0; entry < got.step.list.entries; ++entry) {
+    if (!got.step.list.touching[entry]) continue;
+    ++contacts;
+    const ContactWork &a = got.step.list.work[entry], &b = expected.step.list.work[entry];
+    double load = 0.0;
+    for (int d = 0; d < 3; ++d) load = std::fmax(load, std::abs(b.force[d]));
+    for (int d = 0; d < 3; ++d) {
+      // A load is known to the rounding of the elastic force.
+      EXPECT_NEAR(a.force[d], b.force[d], tolerance * (load + 1e3));
+      EXPECT_NEAR(a.torque_i[d], b.torque_i[d], tolerance * (load + 1e3));
+      EXPECT_NEAR(a.torque_j[d], b.torque_j[d], tolerance * (load + 1e3));
+    }
+    EXPECT_NEAR(a.dissipated, b.dissipated, tolerance * (std::abs(b.dissipated) + largest));
+    EXPECT_NEAR(a.available, b.available, tolerance * (b.available + 1.0));
+    EXPECT_NEAR(a.stored, b.stored, tolerance * (b.stored + 1.0));
+  }
+  EXPECT_GT(contacts, 100);
+  EXPECT_GT(expected.ended.size(), 10u);
+}
+
+TEST(WorkRecord, OfEveryImplementationIsThatOfThePlainest)
+{
+  for (const bool limited : {false, true})
+    for (const int types : {1, 2}) {
+      Evaluation start(random_cloud({300, 0.3, 0.01, 0.03, types, 60}, 17));
+      start.terms.limited_damping = limited;
+      Recorded plain(start);
+      plain.with(implementations()[0], false);
+      for (const Implementation& kernel : kernels())
+        for (const bool rows : {false, true}) {
+          if (rows && !kernel.evaluate_rows) continue;
+          SCOPED_TRACE(std::string(kernel.name) + (rows ? " of rows" : ""));
+          Recorded got(start);
+          got.with(kernel, rows);
+          expect_same(got, plain, is_mixed(kernel) ? 3e-6 : 1e-12);
+        }
+    }
+}
+
+TEST(WorkRecord, ChangesNoForceAndNoHistory)
+{
+  for (const Implementation& kernel : kernels()) {
+    const Evaluation start = mixed(15);
+    Evaluation without = start;
+    without.with(kernel);
+    Recorded got(start);
+    got.with(kernel, false);
+    EXPECT_EQ(got.step.force, without.force);
+    EXPECT_EQ(got.step.torque, without.torque);
+    EXPECT_EQ(got.step.list.displacement, without.list.displacement);
+    EXPECT_EQ(got.step.list.touching, without.list.touching);
+  }
+}
+
+/// The work is that of the loads of the budget, which are summed by ball.
+TEST(WorkRecord, IsTheWorkOfTheLoadsOfTheBudget)
+{
+  Evaluation start = mixed(0);
+  Recorded got(start);
+  for (ContactWork& work : got.step.list.work) work = {};
+  for (int entry = 0; entry < got.step.list.entries; ++entry)  // none ends
+    got.step.list.touching[entry] &=
+        overlap(got.step.cloud.view(), got.step.list.own[entry], got.step.list.other[entry]);
+  got.step.record = &got.record;
+  PairSums sums;
+  got.step.with(implementations()[0], &sums);
+  double power = 0.0;
+  for (int i = 0; i < got.step.cloud.nlocal(); ++i)
+    for (const int kind : {contact::normal_dashpot, contact::tangential_spring,
+                           contact::tangential_dashpot, contact::rolling})
+      power +=
+          contact::power(sums.loads[i][kind], got.step.cloud.velocity[i], got.step.cloud.spin[i]);
+  ASSERT_NE(power, 0.0);
+  EXPECT_NEAR(got.record.total, -0.5 * dt * power, 1e-12 * std::abs(0.5 * dt * power));
+}
+
 }  // namespace

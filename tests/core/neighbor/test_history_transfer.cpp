@@ -222,7 +222,8 @@ TEST(HistoryTransfer, BallsThatLeaveTakeTheirContactsAlongEachFromItsOwnSide)
   for (int i = 0; i < 220; i += 7) marked[i] = 1;
   Known visited;
   for_each_history_of(
-      marked, old.list, old.tag, [&](int ball, int tag, const double* history, double sign) {
+      marked, old.list, old.tag, [&](int ball, int tag, const Remembered& known, double sign) {
+        const double* history = known.displacement;
         EXPECT_TRUE(marked[ball]);
         const History on_ball{sign * history[0], sign * history[1], sign * history[2]};
         EXPECT_TRUE(visited.insert({{old.tag[ball], tag}, on_ball}).second) << "twice";
