@@ -33,7 +33,7 @@ FEWEST = 100.0
 # Relative difference that two decades may have, and how many deviations of their counts besides.
 ALIKE, DEVIATIONS = 0.1, 2.0
 _REMEDY = "run the case again: millscale run FILE --runs DIR --only ID"
-_COLUMNS = (
+COLUMNS = (
     *("mill_angle_from_rad", "mill_angle_to_rad", "duration_s", "pairing", "type_1", "type_2"),
     *("quantity", "energy_low_J", "energy_high_J", "contacts", "energy_J"),
 )
@@ -53,8 +53,8 @@ def read_impacts(folder: Path, case: Case) -> ImpactsResult:
     """
     path = folder / SPECTRA
     lines = read_text(path, MOST_SERIES, _REMEDY).splitlines()
-    if not lines or tuple(lines[0].split(",")) != _COLUMNS:
-        raise RunFolderError(path, f"columns must be {', '.join(_COLUMNS)}", _REMEDY)
+    if not lines or tuple(lines[0].split(",")) != COLUMNS:
+        raise RunFolderError(path, f"columns must be {', '.join(COLUMNS)}", _REMEDY)
     rows = list(csv.DictReader(lines))
     try:
         return _result(rows, energy_unit(case))
@@ -63,7 +63,7 @@ def read_impacts(folder: Path, case: Case) -> ImpactsResult:
 
 
 def _result(rows: list[_Row], unit: float) -> ImpactsResult:
-    first, last, duration = (float(rows[0][name]) for name in _COLUMNS[:3])
+    first, last, duration = (float(rows[0][name]) for name in COLUMNS[:3])
     if not (duration > 0.0 and last > first):
         raise ValueError("the mill does not turn")
     pairings = {pairing: _pairing(rows, pairing, duration) for pairing in PAIRINGS}
@@ -116,7 +116,7 @@ def _class(
 
     def bins(quantity: str) -> EnergyBins:
         kept = [row for row in of if row["quantity"] == quantity]
-        values = np.array([[float(row[name]) for name in _COLUMNS[-4:]] for row in kept])
+        values = np.array([[float(row[name]) for name in COLUMNS[-4:]] for row in kept])
         values = values.reshape(len(kept), 4)
         if not np.isfinite(values).all():
             raise ValueError("a number is not finite")

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from millscale.analysis.charge.impacts import _COLUMNS, SPECTRA, energy_unit
+from millscale.analysis.charge.impacts import COLUMNS, SPECTRA, energy_unit
 from synthetic_case import typed
 
 DURATION = 2.0
@@ -52,5 +52,5 @@ def write_spectra(
         ):
             rows.append(f"{head},{pairing},0,0,{quantity},0,0,10,{joule!r}")
     path = folder / SPECTRA
-    path.write_text("\n".join([",".join(_COLUMNS), *rows, ""]))
+    path.write_text("\n".join([",".join(COLUMNS), *rows, ""]))
     return path

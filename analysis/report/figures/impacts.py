@@ -52,9 +52,9 @@ def _spectra(axes: Axes, result: ImpactsResult, pairing: str, tonnes: float) -> 
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("energy of a contact [J]")
     axes.set_ylabel("power per decade and tonne of balls [W/t]")
+    unit = result.energy_unit_J
     scaled = axes.secondary_xaxis(
-        1.0,
-        functions=(lambda x: x / result.energy_unit_J, lambda x: x * result.energy_unit_J),
+        1.0, functions=(lambda x: np.divide(x, unit), lambda x: np.multiply(x, unit))
     )
     scaled.set_xlabel(r"over $m\,(\omega R)^2$")
     if largest > 0.0:
