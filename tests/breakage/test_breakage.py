@@ -186,12 +186,17 @@ def test_the_broken_share_begins_at_the_rate_without_damage():
 
 
 def test_the_broken_share_is_that_of_particles_hit_one_by_one():
+    """Impacts of about the median fracture energy, of which each particle takes four: most break
+    after damage."""
     size, generator = 2e-3, np.random.default_rng(3)
-    rates = GRINDING.impact_rates(size)
-    time = 0.7 / selection_rates(GRINDING, [size])[0]
+    share = ORE.median_energy(size) * ORE.mass(size) * 3.0 / 0.8
+    edges = share * np.array([0.3, 0.5, 0.7, 0.9])
+    grinding = replace(GRINDING, spectrum=Spectrum(edges, np.array([5.0, 3.0, 1.0])))
+    rates = grinding.impact_rates(size)
+    time = 4.0 / rates.sum()
     count = 4000
     energies = ORE.energy_of_share(generator.random(count), size)
-    blows, of_bins = generator.poisson(rates.sum() * time, count), GRINDING.specific_energies(size)
+    blows, of_bins = generator.poisson(4.0, count), grinding.specific_energies(size)
     whole = np.ones(count, bool)
     for number in range(blows.max()):
         hit = whole & (blows > number)
@@ -203,7 +208,7 @@ def test_the_broken_share_is_that_of_particles_hit_one_by_one():
     assert 0.3 < expected < 0.9
     # Three standard errors of the count, and the grid.
     error = 3.0 * math.sqrt(expected * (1.0 - expected) / count) + 0.003
-    assert broken_share(GRINDING, size, time) == pytest.approx(expected, abs=error)
+    assert broken_share(grinding, size, time) == pytest.approx(expected, abs=error)
 
 
 def test_without_damage_each_strength_decays_at_its_own_rate():
