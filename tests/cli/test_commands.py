@@ -40,6 +40,7 @@ def test_every_task_is_a_command():
         *(
             f"validate {name}"
             for name in (
+                "experiments",
                 "friction-matched",
                 "prediction",
                 *("hard-cases", "energy", "time-step", "torque", "sampling"),
