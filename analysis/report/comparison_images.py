@@ -131,8 +131,7 @@ def _of_scheme(
         images.contours.append(save_image(difference, path, caption))
     last = measured.shapes[measured.last_angle]
     known = [c for c in charges if c in last]
-    if any(last[c].curtains for c in known):
-        figure = shape_figures.curtain_profiles(measured, known, references.values())
+    if figure := shape_figures.curtain_profiles(measured, known, references.values()):
         text = f"{of}, at {measured.last_angle:.4g} rad: the smallest regions that hold 90 % of "
         text += "the balls that a lifter threw; similar charges coincide"
         caption = images.caption("Fig. 12", text)

@@ -126,20 +126,26 @@ def _panels_of_angles(
 
 def curtain_profiles(
     measured: Measured, charges: Sequence[Charge], references: Collection[Charge] = ()
-) -> Figure:
+) -> Figure | None:
     """Return the profiles of the paper's curtains at the last mill angle (Fig. 12), with the balls
-    of the first charge."""
+    of the first charge. A mill without them has its own; None if no curtain has enough balls."""
     look, shapes = looks_of(charges, references), measured.shapes[measured.last_angle]
     known = [c for c in charges if c in shapes and shapes[c].curtains is not None]
     nodes = Grid(RESOLUTION).nodes
+    found = sorted({number for c in known for number in shapes[c].curtains})
+    numbers = [x for x in paper.CURTAINS if x in found] or found[: len(paper.CURTAINS)]
+    if not numbers:
+        return None
     with rc_context(STYLE):
-        figure = Figure(figsize=(7.6, 7.9), layout="constrained")
-        for axes, number in zip(figure.subplots(2, 2).flat, paper.CURTAINS, strict=True):
+        columns = min(len(numbers), 2)
+        rows = -(-len(numbers) // columns)
+        figure = Figure(figsize=(3.8 * columns, 3.7 * rows + 0.5), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axes in grid[len(numbers) :]:
+            axes.remove()
+        for axes, number in zip(grid, numbers, strict=False):
             drawn = [c for c in known if number in shapes[c].curtains]
             axes.set(title=f"curtain {number}", aspect="equal")
-            if not drawn:
-                axes.text(0.5, 0.5, "too few balls", transform=axes.transAxes, ha="center")
-                continue
             _outline(axes, shapes[drawn[0]])
             balls = shapes[drawn[0]].curtains[number].centres
             axes.plot(*balls.T, ".", ms=2, color="#888", zorder=1, label=f"balls, {drawn[0].label}")
