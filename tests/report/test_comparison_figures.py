@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 from millscale.analysis.charge.comparison import compare_charges
 from millscale.analysis.charge.speed_error import SHOWN, OverSeeds, mill_rows
 from millscale.analysis.several_campaigns import load_charges
+from millscale.analysis.shapes.occupancy import PolarCells
 from millscale.analysis.shapes.velocity_field import VelocityField
 from millscale.report import comparison_images as drawing
 from millscale.report import images as report_figures
@@ -20,7 +21,7 @@ from millscale.report.comparison_images import by_scheme, comparison_images
 from millscale.report.figures import shapes as shape_figures
 from millscale.report.figures import speed as speed_figures
 from millscale.report.figures.ball_picture import FALLING, ball_picture, colours_by_side
-from millscale.report.figures.snapshot_sheet import VIEW, snapshot_sheet
+from millscale.report.figures.snapshot_sheet import VIEW, _on_pixels, snapshot_sheet
 from millscale.report.figures.style import colour_of_S
 from millscale.report.interactive import chart_of
 from millscale.runs.dumps import Dump
@@ -107,8 +108,13 @@ def test_mean_fields_stand_right_of_the_snapshots(throws, tmp_path):
     (fraction,) = (image.get_array() for image in panels[2].images)
     z, x = np.nonzero(fraction.filled(0.0) > 0.0)
     middle = 0.5 * (fraction.shape[0] - 1)
-    assert x.max() < middle and z.max() < middle  # the rising side at the bottom, z up
-    assert_allclose(fraction.compressed(), 0.5)
+    # The rising side at the bottom, z up, and half of a ball around it.
+    ball = charges[0].case.ball.radius_m / charges[0].case.mill.radius_m * middle
+    assert x.max() <= middle + ball + 1 and z.max() <= middle + ball + 1
+    assert fraction.max() == pytest.approx(0.5)
+    inner = fraction[int(0.6 * middle) : int(0.8 * middle), int(0.6 * middle) : int(0.8 * middle)]
+    assert_allclose(inner.compressed(), 0.5)
+    assert inner.count() > 200
     (speed,) = (image.get_array() for image in panels[3].images)
     assert_allclose(speed, rising)
     for axes in panels[6:]:
@@ -129,6 +135,22 @@ def test_the_distance_from_the_reference_is_drawn_for_every_charge_that_has_one(
         assert np.nanmedian(line.get_ydata()) == pytest.approx(-100.0 * DROP, abs=0.8)
     itself = {charge: charge for charge in charges}
     assert shape_figures.contour_differences(comparison.measured, charges, itself) is None
+
+
+def test_a_layer_of_balls_fills_no_more_than_its_space():
+    """Centres in one thin ring, their volume spread over a ball: a wide ring of the same volume."""
+    cells = PolarCells(np.linspace(0.0, 1.0, 51), np.linspace(0.0, 2.0 * np.pi, 181))
+    values = np.zeros((50, 180))
+    values[40] = 4.0
+    ball = 0.08
+    found, half = _on_pixels(cells, values, 1.0 / (1.0 + ball), ball)
+    assert half == pytest.approx(1.0)
+    width = 2.0 * (1.0 + ball) / len(found)
+    ring = np.pi * (cells.radii[41] ** 2 - cells.radii[40] ** 2)
+    assert np.nansum(found) * width**2 == pytest.approx(4.0 * ring, rel=0.03)
+    # Across the ring the volume is spread by 3 / (4 ball) (1 - (r / ball)^2).
+    assert np.nanmax(found) == pytest.approx(4.0 * 0.02 * 0.75 / ball, rel=0.06)
+    assert np.isnan(found[len(found) // 2, len(found) // 2])
 
 
 def test_the_reference_lies_on_top_whatever_its_S(comparison):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from scipy.ndimage import convolve
 
 from millscale.analysis.finished import Charge
 from millscale.analysis.shapes.cross_section import liner_outline
@@ -24,6 +25,7 @@ from millscale.runs.untrusted import RunFolderError
 
 PIXELS = 420
 FIELD_PIXELS = 160
+POINTS = 4  # of a pixel, along each side
 ARROW_SPACING = 0.12  # over R - a
 VIEW = 1.04  # half width of a picture over R
 
@@ -83,7 +85,12 @@ def _mean_fields(
     charges: Sequence[Charge], velocities: Mapping[Charge, VelocityField]
 ) -> list[_Fields]:
     measured = [charge for charge in charges if (charge.folder / OCCUPANCY).exists()]
-    fractions = {c: _on_pixels(*read_occupancy(c.folder), _unit(c)) for c in measured}
+    fractions = {
+        c: _on_pixels(
+            *read_occupancy(c.folder), _unit(c), c.case.ball.radius_m / unit_length(c.case)
+        )
+        for c in measured
+    }
     arrows = {c: field for c, field in velocities.items() if c in charges}
     speeds = {c: (field.speed, field.edges[-1] * _unit(c)) for c, field in arrows.items()}
     found = [
@@ -126,21 +133,40 @@ def _draw_arrows(axes: Any, field: VelocityField, unit: float) -> None:
     axes.quiver(*2 * [middles[part] * unit], along, up, color="#fff", scale=12.0, width=0.008)
 
 
-def _on_pixels(cells: PolarCells, values: np.ndarray, unit: float) -> tuple[np.ndarray, float]:
-    """Return values (rings, sectors) of polar cells in square pixels, (n, n) [z, x], NaN where no
-    ball was; and half of their width over R.
+def _on_pixels(
+    cells: PolarCells, values: np.ndarray, unit: float, ball: float
+) -> tuple[np.ndarray, float]:
+    """Return the solid fraction of polar cells (rings, sectors) in square pixels, (n, n) [z, x],
+    NaN where no ball was; and half of their width over R.
+
+    A cell has the whole volume of a ball whose centre it holds, so layers of balls would have
+    fractions above 1. Here the volume is spread over the cross-section of a ball.
 
     Args:
         unit: R - a over R.
+        ball: a over R - a.
     """
-    half = float(cells.radii[-1])
-    x = half * ((2.0 * np.arange(FIELD_PIXELS) + 1.0) / FIELD_PIXELS - 1.0)
+    half = float(cells.radii[-1]) + ball
+    width = 2.0 * half / FIELD_PIXELS
+    # Cells are as small as pixels, so a pixel takes the mean of several points.
+    x = width * (np.arange(FIELD_PIXELS * POINTS) + 0.5) / POINTS - half
     ring = np.searchsorted(cells.radii, np.hypot(x[None, :], x[:, None])) - 1
     angle = np.arctan2(-x[None, :], x[:, None]) % (2.0 * np.pi)  # from the top, down the left
     sector = np.clip(np.searchsorted(cells.angles, angle) - 1, 0, values.shape[1] - 1)
     inside = (ring >= 0) & (ring < values.shape[0])
-    found = values[np.where(inside, ring, 0), sector]
-    return np.where(inside & (found > 0.0), found, np.nan), half * unit
+    by_centre = np.where(inside, values[np.where(inside, ring, 0), sector], 0.0)
+    blocks = by_centre.reshape(FIELD_PIXELS, POINTS, FIELD_PIXELS, POINTS)
+    spread = convolve(blocks.mean(axis=(1, 3)), _sphere(ball / width), mode="constant")
+    return np.where(spread > 0.0, spread, np.nan), half * unit
+
+
+def _sphere(radius: float) -> np.ndarray:
+    """Return the share of a sphere's volume in each pixel of its cross-section, (n, n); its radius
+    in pixels."""
+    side = np.arange(-np.ceil(radius), np.ceil(radius) + 1.0)
+    square = radius**2 - side[:, None] ** 2 - side[None, :] ** 2
+    height = np.sqrt(np.maximum(square, 0.0))
+    return height / height.sum()
 
 
 def _unit(charge: Charge) -> float:
