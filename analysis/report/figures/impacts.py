@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from millscale.analysis.charge.impacts import summed_bins
 from millscale.analysis.finished import Charge
 from millscale.analysis.result_file import PAIRINGS, ContactClass, ImpactsResult
-from millscale.report.figures.style import STYLE
+from millscale.report.figures.style import STYLE, colour_of_S
 
 # Down to this share of the largest bin.
 SHOWN = 1e-5
@@ -74,11 +74,11 @@ def collapse_figure(charges: Sequence[Charge]) -> Figure:
     """Return the dissipated energy of charges by the energy of a contact, over m (omega R)^2, per
     ball and revolution."""
     kept = [charge for charge in charges if charge.result.impacts is not None]
-    ratios = sorted({charge.S for charge in kept})
+    shown: list[float] = []
     with rc_context(STYLE):
         figure = Figure(figsize=(9.0, 3.8), layout="constrained")
         for axes, pairing in zip(figure.subplots(1, 2, sharex=True), PAIRINGS, strict=True):
-            largest, named = 0.0, set()
+            largest, named, curves = 0.0, set(), []
             for charge in kept:
                 result = charge.result.impacts
                 assert result is not None
@@ -91,15 +91,20 @@ def collapse_figure(charges: Sequence[Charge]) -> Figure:
                 revolution = 2.0 * np.pi / charge.case.mill.omega_rad_s
                 energy = np.array(bins.power_W) * revolution / (charge.balls * unit) / width
                 largest = max(largest, float(energy.max()))
+                curves.append((middle, energy))
                 label = "" if charge.S in named else f"S = {charge.S:.4g}"
                 named.add(charge.S)
                 axes.plot(middle, energy, drawstyle="steps-mid",
-                          color=f"C{ratios.index(charge.S)}", label=label)  # fmt: skip
+                          color=colour_of_S(charge.S), label=label)  # fmt: skip
             axes.set_title(_NAMES[pairing])
             axes.set(xscale="log", yscale="log")
             axes.set_xlabel(r"dissipated by a contact over $m\,(\omega R)^2$")
-            axes.set_ylabel("per decade, ball and revolution")
+            axes.set_ylabel(r"sum over $m\,(\omega R)^2$, per decade, ball and revolution")
             if largest > 0.0:
                 axes.set_ylim(SHOWN * largest, 3.0 * largest)
                 axes.legend()
+            for middle, energy in curves:
+                shown += middle[energy > SHOWN * largest].tolist()
+        if shown:
+            axes.set_xlim(0.5 * min(shown), 2.0 * max(shown))
     return figure

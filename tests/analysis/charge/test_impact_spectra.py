@@ -15,6 +15,8 @@ from millscale.analysis.charge.impacts import (
     summed_bins,
 )
 from millscale.analysis.finished_campaign import load_campaign
+from millscale.report.figures.impacts import collapse_figure
+from millscale.report.figures.style import colour_of_S
 from millscale.report.impacts_section import impacts_section
 from millscale.runs.untrusted import RunFolderError
 from synthetic_case import finish_case, typed, write_campaign, write_case
@@ -122,6 +124,17 @@ def test_mills_are_compared_with_the_largest_decade_by_decade(mills):
     assert [x.is_alike for x in weak.decades] == [True, False]
     # The strong contacts are ten times as energetic.
     assert weak.alike_share == pytest.approx(1.0 / 11.0)
+
+
+def test_spectra_have_the_colour_of_their_S_and_the_width_of_what_is_shown(mills):
+    charges = load_campaign(mills).charges
+    for axes in collapse_figure(charges).axes:
+        colours = {line.get_label(): line.get_color() for line in axes.lines}
+        named = {f"S = {x.S:.4g}": colour_of_S(x.S) for x in charges}
+        assert {k: v for k, v in colours.items() if k[0] == "S"} == named
+        energies = np.concatenate([line.get_xdata()[line.get_ydata() > 0] for line in axes.lines])
+        low, high = axes.get_xlim()
+        assert low < energies.max() < high < 10.0 * energies.max()
 
 
 def test_the_report_has_a_section_of_impacts(mills, tmp_path):
