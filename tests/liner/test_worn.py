@@ -53,6 +53,14 @@ def test_an_even_wear_is_everywhere_as_deep(name):
     assert worn.removed * liner.sectors == pytest.approx(worn.profile.area - liner.area, rel=1e-3)
 
 
+@pytest.mark.parametrize("depth", [1e-4, 3e-4, 6e-4, 1e-3, 2e-3, 3e-3, 5e-3, 1e-2])
+def test_the_fillet_of_a_worn_corner_is_no_groove(depth):
+    """The front rounds a concave corner with the depth of wear."""
+    liner = trapezoids()
+    worn = worn_liner(liner, even(depth * liner.radius))
+    assert worn.profile.narrowest_width > 0.95 * liner.narrowest_width
+
+
 def test_wear_of_the_tops_lowers_the_lifters():
     liner = trapezoids()
     # The top is the first piece of the sector, and the rest of it are two faces and an arc.

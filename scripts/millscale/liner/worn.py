@@ -16,7 +16,10 @@ from millscale.liner.sector import COUNTER, Placing, profile_of, reach, rotated
 
 # Relative to the radius: chords that stand for arcs, and points that are left out of a result.
 CHORD_ERROR = 1e-5
-THINNED = 2e-5
+THINNED = 4e-6
+# A shorter side between two corners, of at least this turn [rad], is a fillet: it would count as a
+# groove.
+SHORTEST, TURN = 6e-4, 0.25
 # Samples of the surface in a smoothing width, at least.
 FINEST = 4
 MOST_SAMPLES = 1000
@@ -211,8 +214,47 @@ def _pitch_of(cavity: Any, liner: _core.Profile) -> Outline:
         middle = 0.5 * (points[0] + rotated(points[-1:], -pitch)[0])
         points[0] = middle
         points[-1] = rotated(middle[None, :], pitch)[0]
+    points = _without_short_sides(points, SHORTEST * liner.radius)
     names = tuple(f"point {i + 1}" for i in range(len(points)))
     return Outline(WORN, points, np.zeros(len(points)), names, closed=False)
+
+
+def _without_short_sides(points: np.ndarray, shortest: float) -> np.ndarray:
+    """Return a chain without sides shorter than `shortest` between two corners, (n, 2) [m].
+
+    The neighbours of such a side meet nearer than `shortest` to its ends, or it stays.
+    """
+    k = 1
+    while k < len(points) - 2:
+        sides = np.diff(points[k - 1 : k + 3], axis=0)
+        meeting = _meeting(*points[k - 1 : k + 3])
+        if np.linalg.norm(sides[1]) < shortest and meeting is not None:
+            turns = [_turn(sides[0], sides[1]), _turn(sides[1], sides[2])]
+            moved = max(
+                np.linalg.norm(meeting - points[k]), np.linalg.norm(meeting - points[k + 1])
+            )
+            if min(turns) > TURN and moved < shortest:
+                points = np.vstack([points[:k], meeting, points[k + 2 :]])
+                k = max(1, k - 1)
+                continue
+        k += 1
+    return points
+
+
+def _turn(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the angle between two directions [rad]."""
+    return abs(math.atan2(one[0] * other[1] - one[1] * other[0], float(one @ other)))
+
+
+def _meeting(
+    before: np.ndarray, begin: np.ndarray, end: np.ndarray, after: np.ndarray
+) -> np.ndarray | None:
+    """Return where the lines through the first two and the last two points meet, (2,) [m]."""
+    one, other, across = begin - before, after - end, end - before
+    cross = one[0] * other[1] - one[1] * other[0]
+    if cross == 0.0:
+        return None
+    return before + one * (across[0] * other[1] - across[1] * other[0]) / cross
 
 
 def _leading_angle(pitch: Outline, angle: float) -> float:
