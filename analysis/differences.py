@@ -98,6 +98,11 @@ def _lifter(read: Callable[[Case], float]) -> Callable[[Case], Value]:
     return lambda case: read(case) if case.physical.lifters else None
 
 
+def _trapezoid(read: Callable[[Case], float]) -> Callable[[Case], Value]:
+    """Return a number of trapezoidal lifters; none of another profile."""
+    return lambda case: None if case.mill.profile else _lifter(read)(case)
+
+
 def _classes(case: Case) -> str | None:
     """Return diameter and share of each class by number."""
     return (
@@ -146,7 +151,7 @@ FACTS = (
     _of_mill("length", "m", lambda case: case.physical.length_m),
     _of_mill("gravity", "m/s²", lambda case: case.physical.gravity_m_s2),
     _of_mill("ends", "", lambda case: case.mill.ends),
-    Fact(SPEED, "speed", "% of critical", lambda case: case.mill.percent_of_critical),
+    Fact(SPEED, "speed", "% of critical", lambda case: case.physical.percent_of_critical),
     Fact(SPEED, "speed", "rpm", lambda case: 30.0 * case.physical.omega_rad_s / math.pi),
     Fact(SPEED, "ramp and changes", "", _speed_changes),
     Fact(LINER, "lifters", "", lambda case: float(case.physical.lifters)),
@@ -156,8 +161,10 @@ FACTS = (
         "mm",
         _lifter(lambda case: 1e3 * (case.physical.radius_m - case.physical.lifter_top_radius_m)),
     ),
-    Fact(LINER, "lifter top width", "mm", _lifter(lambda x: 1e3 * x.physical.lifter_top_width_m)),
-    Fact(LINER, "face angle", "deg", _lifter(lambda case: case.physical.face_angle_deg)),
+    Fact(
+        LINER, "lifter top width", "mm", _trapezoid(lambda x: 1e3 * x.physical.lifter_top_width_m)
+    ),
+    Fact(LINER, "face angle", "deg", _trapezoid(lambda case: case.physical.face_angle_deg)),
     Fact(
         LINER,
         "cross-section inside the liner",

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from scipy.special import stdtrit
 
-from millscale import _core
 from millscale.analysis.charge.comparison import ChargeComparison
 from millscale.analysis.charge.physical_mill import PhysicalMill, balls_per_length, physical_mill
 from millscale.analysis.charge.range_of_law import largest_S, outside_range
@@ -253,16 +252,12 @@ def _is_steady(mill: ScaledMill) -> bool:
 
 def _facts(case: Case, row: PhysicalRow | None) -> list[tuple[str, str]]:
     mill = case.physical
-    point = _core.OperatingPoint(
-        mill.radius_m, mill.ball_radius_m, mill.gravity_m_s2, mill.omega_rad_s
-    )
-    critical = 100.0 * mill.omega_rad_s / _core.critical_speed(point)
     rpm = 30.0 * mill.omega_rad_s / math.pi
     facts = [
         ("inner diameter", f"{2.0 * mill.radius_m:.3g} m"),
         ("length", f"{mill.length_m:.3g} m"),
         ("speed", f"{rpm:.3g} rpm ({mill.omega_rad_s:.3g} rad/s)"),
-        ("of critical", f"{critical:.1f} %"),
+        ("of critical", f"{mill.percent_of_critical:.1f} %"),
         ("liner", _liner(case)),
         ("ball diameter", f"{2000.0 * mill.ball_radius_m:.3g} mm"),
     ]

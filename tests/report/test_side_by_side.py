@@ -1,6 +1,7 @@
 """Runs folders side by side: what is compared, what differs, and the page."""
 
 import json
+import math
 import shutil
 
 import numpy as np
@@ -9,12 +10,13 @@ from numpy.testing import assert_allclose
 
 from in_process import millscale
 from millscale.analysis.charge.result import charge_scales
+from millscale.analysis.differences import fact_rows
 from millscale.report.figures import side_by_side as figures
 from millscale.report.likeness import questions
 from millscale.report.overview import QUANTITIES
 from millscale.report.side_by_side import PHYSICAL, side_by_side
 from millscale.runs.untrusted import RunFolderError
-from synthetic_case import finish_case, write_series
+from synthetic_case import finish_case, typed, write_series
 from synthetic_mills import SEEDS, charge_case, torque_number, write_mills
 
 POWER = next(i for i, x in enumerate(QUANTITIES) if x.label == "power")
@@ -137,7 +139,8 @@ def test_without_a_common_mill_the_most_trusted_are_shown_and_it_is_stated(tmp_p
 def test_a_series_of_speeds_is_drawn_against_the_speed(tmp_path):
     folders = []
     for percent in (80.0, 70.0, 75.0):
-        cases = [charge_case(2.6, seed, mill__percent_of_critical=percent) for seed in SEEDS]
+        omega = percent / 100.0 * math.sqrt(9.81 / (3.9 - 0.02))
+        cases = [charge_case(2.6, seed, physical__omega_rad_s=omega) for seed in SEEDS]
 
         def torque(S, seed, percent=percent):
             return percent / 75.0 * torque_number(S, seed)
@@ -145,7 +148,7 @@ def test_a_series_of_speeds_is_drawn_against_the_speed(tmp_path):
         folders.append(mills(tmp_path / f"{percent:g}", *cases, torque=torque))
     found = side_by_side(folders)
     assert found.varied.fact.heading == "speed [% of critical]"
-    assert found.varied.values == (80.0, 70.0, 75.0)
+    assert_allclose(found.varied.values, (80.0, 70.0, 75.0))
     colours = figures.colours_of(found.sides)
     figure = figures.answers(found, found.groups[0], colours)
     axes = figure.axes[0]
@@ -155,8 +158,19 @@ def test_a_series_of_speeds_is_drawn_against_the_speed(tmp_path):
     assert_allclose(x, [70.0, 75.0, 80.0])
     powers = [row.row.estimates[POWER].value for row in found.groups[0].rows]
     assert_allclose(y, [powers[1], powers[2], powers[0]])
-    # The wave of the torque is not scaled, and does not end with a window.
-    assert_allclose(np.array(y) / y[1], np.array(x) / 75.0, rtol=1e-5)
+    # Torque and speed. The wave of the torque is not scaled, and does not end with a window.
+    assert_allclose(np.array(y) / y[1], (np.array(x) / 75.0) ** 2, rtol=1e-5)
+
+
+def test_the_speed_is_that_of_the_physical_mill_and_a_profile_has_no_trapezoid():
+    """A scaled mill has another share of the critical speed: its ball is larger."""
+    rows = {row.fact.heading: row for row in fact_rows([typed(charge_case(2.6, 1))])}
+    share = 100.0 / math.sqrt(9.81 / (3.9 - 0.02))
+    assert rows["speed [% of critical]"].values[0] == pytest.approx(share, rel=1e-12)
+    assert rows["face angle [deg]"].values[0] > 0.0
+    case = charge_case(2.6, 1)
+    case["mill"]["profile"] = [[1.0, 0.0, 0.0, 0, 0]]
+    assert "face angle [deg]" not in {x.fact.heading for x in fact_rows([typed(case)])}
 
 
 @pytest.mark.parametrize("physical", [False, True])

@@ -8,6 +8,7 @@ have limits. Keys that no section names are not read.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -66,6 +67,12 @@ class PhysicalMill(Section, frozen=True):
     groove_width_m: Number
     lifters: Lifters
     face_angle_deg: Number
+
+    @property
+    def percent_of_critical(self) -> float:
+        """Return the speed in % of sqrt(g / (R - a)). That of a scaled mill differs with a / R."""
+        critical = math.sqrt(self.gravity_m_s2 / (self.radius_m - self.ball_radius_m))
+        return 100.0 * self.omega_rad_s / critical
 
 
 class Mill(Section, frozen=True):
