@@ -24,7 +24,7 @@ SHOWN = {
     "4_speed_against_error": (1, ("the study recommends", "millscale study")),
     "5_physical_mill": (2, ("Physical mill: radius 3.9 m", r"[\d.]+ kW, [\d.]+ to [\d.]+ kW")),
     "6_your_own_mill": (2, ("unknown key, nearest is speed_rpm", "sb-cg-paper-S1.500")),
-    "7_live": (3, ("1 case: 1 done", "kW in the whole mill")),
+    "7_live": (3, ("1 case to run", "rotation of 1 case", "kW in the whole mill")),
 }
 LONGEST_CELL_S = 300.0
 

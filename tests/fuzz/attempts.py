@@ -101,11 +101,15 @@ def _limited():
         signal.SIGALRM: (signal.ITIMER_REAL, WAITING_S),
     }
     before = {number: signal.signal(number, too_long) for number in timers}
+    # On one processor `forked` works in this process, whose changes to files are seen.
+    processors = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(processors)})
     for timer, seconds in timers.values():
         signal.setitimer(timer, seconds)
     try:
         yield
     finally:
+        os.sched_setaffinity(0, processors)
         for number, (timer, _) in timers.items():
             signal.setitimer(timer, 0.0)
             signal.signal(number, before[number])
