@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from contact_table import excess, with_kept, write_contact_docs
+from millscale.engine.environment import COMMAND_VARIABLE
 
 pytest_plugins = ["analysis_fixtures", "campaign_fixtures"]
 
@@ -27,6 +28,13 @@ def pytest_addoption(parser):
     parser.addoption(
         "--contact-keep", action="store_true", help="keep the table's rows of tests that do not run"
     )
+
+
+@pytest.fixture(autouse=True)
+def _no_command_of_another_test(monkeypatch):
+    """A command that runs in this process is what provenance.json records of those it starts."""
+    monkeypatch.setenv(COMMAND_VARIABLE, "")
+    monkeypatch.delenv(COMMAND_VARIABLE)
 
 
 def pytest_configure(config):

@@ -57,7 +57,9 @@ def print_page(page: Path, to: Path) -> Path:
         if os.geteuid() == 0:
             line.insert(1, "--no-sandbox")
         try:
-            done = subprocess.run(line, capture_output=True, text=True, timeout=_SECONDS)
+            done = subprocess.run(
+                line, capture_output=True, encoding="utf-8", errors="replace", timeout=_SECONDS
+            )
         except subprocess.TimeoutExpired:
             cause = f"{browser} did not end within {_SECONDS} s"
             raise RunFolderError(to, cause, "repeat the command; see memory and load") from None

@@ -31,7 +31,7 @@ def in_the_locales_encoding(node, owner, name):
         return False
     if name in ("read_text", "write_text"):
         return bool(owner)
-    if name == "open" and owner not in ("os", "Picture"):  # Picture opens no text
+    if name == "open" and owner not in ("os", "Picture", "webbrowser"):  # they open no text
         words = [x.value for x in node.args if isinstance(x, ast.Constant)]
         return not any("b" in str(word) for word in words)
     # Only `subprocess` gives `text` this meaning.
