@@ -23,7 +23,7 @@ from millscale.report.figures.style import LIGHTEST, STYLE
 from millscale.report.overview import QUANTITIES
 from millscale.report.side_by_side import BallGroup, Group, Side, SideBySide, SideRow
 
-# Each has a contrast of 3 or more on white, and is told from the others by colour-blind people.
+# Each has a contrast of 3 or more on white, and colour-blind people can distinguish them.
 COLOURS = ("#0072b2", "#d55e00", "#00805c", "#a6428a", "#000000", "#8a6d00")
 ANSWERS = ("power", "power per tonne of balls", "toe", "shoulder")
 

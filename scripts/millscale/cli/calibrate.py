@@ -15,6 +15,7 @@ from millscale.cli.options import (
     Json,
     Oversubscribe,
     Ranks,
+    TakenFrom,
     console_of,
     resumable,
 )
@@ -37,14 +38,7 @@ def calibrate(
     only_plan: Annotated[
         bool, typer.Option("--plan", help="Show samples and predicted time; write no file.")
     ] = False,
-    taken_from: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--from",
-            metavar="DIR",
-            help="Runs folder whose finished cases are reused if they are the same; repeatable.",
-        ),
-    ] = None,
+    taken_from: TakenFrom = None,
     no_run: Annotated[
         bool, typer.Option("--no-run", help="Use the finished samples; run none.")
     ] = False,

@@ -72,6 +72,14 @@ Oversubscribe = Annotated[
 IgnoreDisk = Annotated[
     bool, typer.Option("--ignore-disk", help="Run although the disk may be too small.")
 ]
+TakenFrom = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--from",
+        metavar="DIR",
+        help="Runs folder whose finished cases are reused if they are the same; repeatable.",
+    ),
+]
 TimeLimit = Annotated[
     float | None,
     typer.Option(metavar="S", help="Wall time [s] after which a stage fails."),

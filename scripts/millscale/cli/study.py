@@ -14,6 +14,7 @@ from millscale.cli.options import (
     Json,
     Oversubscribe,
     Ranks,
+    TakenFrom,
     console_of,
     resumable,
 )
@@ -34,14 +35,7 @@ def study(
     only_plan: Annotated[
         bool, typer.Option("--plan", help="Show settings and predicted time; write no file.")
     ] = False,
-    taken_from: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--from",
-            metavar="DIR",
-            help="Runs folder whose finished cases are reused if they are the same; repeatable.",
-        ),
-    ] = None,
+    taken_from: TakenFrom = None,
     only: Annotated[
         list[str] | None,
         typer.Option(
