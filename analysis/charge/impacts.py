@@ -133,25 +133,32 @@ def _class(
 
 
 def rebinned(
-    low_J: Sequence[float], high_J: Sequence[float], values: Sequence[float], unit: float
+    low_J: Sequence[float] | np.ndarray,
+    high_J: Sequence[float] | np.ndarray,
+    values: Sequence[float] | np.ndarray,
+    unit: float,
+    decades: tuple[int, int] = (LOWEST, HIGHEST),
 ) -> np.ndarray:
-    """Return values of bins in decades of the energy over a unit, (`HIGHEST` - `LOWEST`,) float. A
-    bin that an edge of a decade cuts is divided evenly over the logarithm.
+    """Return values of bins in decades of the energy over a unit, (decades,) float. A bin that an
+    edge of a decade cuts is divided evenly over the logarithm.
 
     Args:
         unit: [J].
+        decades: powers of ten at the begin of the first and the end of the last.
     """
     low, high = (np.log10(np.array(x) / unit) for x in (low_J, high_J))
-    begins = np.arange(LOWEST, HIGHEST)[:, None]
+    begins = np.arange(*decades)[:, None]
     common = np.minimum(high, begins + 1.0) - np.maximum(low, begins)
     return np.maximum(common, 0.0) / (high - low) @ np.array(values)
 
 
-def summed_bins(result: ImpactsResult, pairing: str, quantity: str = "dissipated") -> EnergyBins:
-    """Return the bins of a pairing, summed over the classes of balls."""
+def summed_bins(
+    result: ImpactsResult, pairing: str | None, quantity: str = "dissipated"
+) -> EnergyBins:
+    """Return the bins of a pairing, or of all for None, summed over the classes of balls."""
     rows: dict[tuple[float, float], np.ndarray] = {}
     for one in result.classes:
-        if one.pairing != pairing:
+        if pairing is not None and one.pairing != pairing:
             continue
         bins: EnergyBins = getattr(one, quantity)
         for low, high, *values in bins.rows():
@@ -171,10 +178,10 @@ class Decade:
 
     Attributes:
         low: lower edge, energy over m (omega R)^2.
-        ratio: dissipated energy per ball and revolution over that of the reference, both over
+        ratio: energy per ball and revolution over that of the reference, both over
             m (omega R)^2; None with too few contacts.
         tolerance: of the ratio's difference from 1.
-        share: of this decade in the reference's dissipated energy.
+        share: of this decade in the reference's energy.
     """
 
     low: float
@@ -194,7 +201,7 @@ class Collapse:
 
     Attributes:
         S, reference_S: of the scaled mill and of the reference.
-        alike_share: of the reference's dissipated energy in decades that are alike.
+        alike_share: of the reference's energy in decades that are alike.
     """
 
     id: str
@@ -208,9 +215,13 @@ class Collapse:
         return math.fsum(x.share for x in self.decades if x.is_alike)
 
 
-def collapses(charges: Sequence[Charge]) -> tuple[Collapse, ...]:
+def collapses(charges: Sequence[Charge], quantity: str = "dissipated") -> tuple[Collapse, ...]:
     """Return the spectra of charges beside those of the mill of the smallest S, for each scheme and
-    variant. Runs of one S that differ in the packing are the reference together."""
+    variant. Runs of one S that differ in the packing are the reference together.
+
+    Args:
+        quantity: dissipated or available.
+    """
     kept = [charge for charge in charges if charge.result.impacts is not None]
     found = []
     for group in sorted({(charge.scheme, charge.variant) for charge in kept}):
@@ -220,13 +231,13 @@ def collapses(charges: Sequence[Charge]) -> tuple[Collapse, ...]:
         for charge in sorted(of, key=lambda x: (x.S, x.id)):
             if smallest == charge.S:
                 continue
-            found += [_collapse(charge, reference, pairing) for pairing in PAIRINGS]
+            found += [_collapse(charge, reference, pairing, quantity) for pairing in PAIRINGS]
     return tuple(found)
 
 
-def _collapse(charge: Charge, reference: Sequence[Charge], pairing: str) -> Collapse:
-    energy, contacts = _by_decade(charge, pairing)
-    pairs = [_by_decade(one, pairing) for one in reference]
+def _collapse(charge: Charge, reference: Sequence[Charge], pairing: str, quantity: str) -> Collapse:
+    energy, contacts = by_decade(charge, pairing, quantity)
+    pairs = [by_decade(one, pairing, quantity) for one in reference]
     expected = np.mean([x[0] for x in pairs], axis=0)
     counted = np.sum([x[1] for x in pairs], axis=0)
     whole = float(expected.sum())
@@ -247,12 +258,14 @@ def _collapse(charge: Charge, reference: Sequence[Charge], pairing: str) -> Coll
     return Collapse(charge.id, charge.S, reference[0].S, pairing, tuple(decades))
 
 
-def _by_decade(charge: Charge, pairing: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dissipated energy per ball and revolution over m (omega R)^2, and the contacts
-    counted, in each decade."""
+def by_decade(
+    charge: Charge, pairing: str, quantity: str = "dissipated"
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the energy per ball and revolution over m (omega R)^2, and the contacts counted, in
+    each decade from `LOWEST` to `HIGHEST`."""
     result = charge.result.impacts
     assert result is not None
-    bins = summed_bins(result, pairing)
+    bins = summed_bins(result, pairing, quantity)
     unit = result.energy_unit_J
     if not bins.contacts_per_s:
         return np.zeros(HIGHEST - LOWEST), np.zeros(HIGHEST - LOWEST)

@@ -19,6 +19,7 @@ from millscale.formats import clock, duration, hundredths, number
 from millscale.report import images, tables
 from millscale.report import overview as first_screen
 from millscale.report.ball_classes import class_lines
+from millscale.report.breakage_section import breakage_section
 from millscale.report.captions import words
 from millscale.report.comparison_images import comparison_images
 from millscale.report.impacts_section import impacts_section
@@ -110,6 +111,7 @@ def _page(campaign: Campaign, folder: Path, predict: Predict | None) -> str:
             shapes=comparison_images(comparison, folder),
             liner=liner_section(campaign.charges, folder),
             impacts=impacts_section(campaign.charges, folder),
+            breakage=breakage_section(campaign.runs, campaign.charges, folder),
             speeds=speeds,
             has_speed_up=any(mill.speed_up and not mill.is_reference for mill in speeds),
             statements=tables.statements(campaign),

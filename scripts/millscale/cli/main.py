@@ -16,6 +16,7 @@ from millscale import __version__
 from millscale.cli.advise import advise
 from millscale.cli.analyse import analyse
 from millscale.cli.bench import bench
+from millscale.cli.breakage import breakage
 from millscale.cli.calibrate import calibrate
 from millscale.cli.compare import compare
 from millscale.cli.export import export
@@ -310,6 +311,7 @@ app.command()(predict)
 app.command()(solve)
 app.command()(calibrate)
 app.command()(wear)
+app.command()(breakage)
 app.add_typer(bench, name="bench")
 app.add_typer(analyse, name="analyse")
 app.add_typer(validate, name="validate")

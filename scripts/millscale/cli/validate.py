@@ -294,6 +294,20 @@ def flowing_layer(runs: RunsArguments, docs: Docs = Path("docs")) -> None:
     write_flowing_layer(runs, docs)
 
 
+@validate.command("impact-collapse")
+def impact_collapse(runs: RunsArguments, docs: Docs = Path("docs")) -> None:
+    """Compare the impact spectra of several S, decade by decade, with the spread over the seeds.
+
+    Takes the finished charges with spectra, of one physical mill, scheme and policy. Writes
+    results/impact-collapse.json, its figure and results/impact-collapse.md.
+
+    Example: `millscale validate impact-collapse runs/impact-collapse`
+    """
+    from millscale.validate.impact_collapse import write_impact_collapse
+
+    typer.echo(write_impact_collapse(runs, docs))
+
+
 @validate.command("liner-variants")
 def liner_variants(
     runs: RunsOption,
