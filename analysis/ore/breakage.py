@@ -198,7 +198,9 @@ def physical_spectrum(charge: Charge, energy: str, pairing: str | None = None) -
     if not bins.contacts_per_s:
         nothing = np.zeros(1)
         return Spectrum(result.energy_unit_J * np.array([1.0, 10.0]), nothing, nothing)
-    columns = (bins.energy_low_J, bins.energy_high_J, bins.contacts_per_s, bins.power_W)
+    # The first bin has the contacts that gained energy by round-off, too.
+    power = np.maximum(bins.power_W, 0.0)
+    columns = (bins.energy_low_J, bins.energy_high_J, bins.contacts_per_s, power)
     return Spectrum.of_bins(*map(np.array, columns)).scaled(*back_scaling(charge.case))
 
 

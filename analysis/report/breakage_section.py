@@ -20,7 +20,7 @@ from millscale.analysis.ore.breakage import (
 )
 from millscale.analysis.ore.file import OreFile, load_ore
 from millscale.engine.record import provenance
-from millscale.formats import number
+from millscale.formats import NONE, number
 from millscale.report.figures.breakage import breakage_figure
 from millscale.report.images import Image, save_image
 from millscale.runs.writing import write_json, write_text, writing_folder
@@ -175,7 +175,7 @@ def _sizes(found: Breakage, mill: MillBreakage) -> BreakageTable:
 
 
 def _percent(share: float | None) -> str:
-    return number(None if share is None else 100.0 * share, 1)
+    return NONE if share is None else f"{100.0 * share:.1f}"
 
 
 def _per_minute(rate: float | None) -> float | None:

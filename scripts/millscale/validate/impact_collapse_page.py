@@ -1,4 +1,4 @@
-"""docs/results/impact-collapse.md and its picture, made from impact-collapse.json."""
+"""Page and picture of impact spectra of several S, made from impact-collapse.json."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ Points of the lower row are ratios by decade, with two standard errors.
 
 {scheme}, policy {policy}, Young's modulus {stiffness}.
 
-| S | seeds | balls | slice / ball diameter | Fr | m (omega R)^2 [J] | step / limit | window [rad] \
+| S | seeds | balls | slice / ball diameter | Fr | m (omega R)^2 [J] | step / limit | mill angle [rad] \
 | steady | largest overlap / a | error of the sum |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
