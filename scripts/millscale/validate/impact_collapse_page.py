@@ -48,7 +48,7 @@ Points of the lower row are ratios by decade, with two standard errors.
 
 {scheme}, policy {policy}, Young's modulus {stiffness}.
 
-| S | seeds | balls | slice / ball diameter | Fr | m (omega R)^2 [J] | step / limit | mill angle [rad] \
+| S | seeds | balls | slice / ball | Fr | m (omega R)^2 [J] | step / limit | mill angle [rad] \
 | steady | largest overlap / a | error of the sum |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
