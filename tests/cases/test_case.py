@@ -164,6 +164,35 @@ def test_a_slice_in_ball_diameters_is_the_same_slice(tmp_path):
         assert case.digest == metres[name].digest
 
 
+def skin_of(tmp_path, contacts="fast", **multi_ball):
+    """Return the neighbour skin over the ball radius, and the way of the fastest ball in a step
+    over it."""
+    charge = {**MULTI_BALL["multi_ball"], "S": [1.0], "count": [1000], **multi_ball}
+    (case,) = cases(
+        tmp_path, single_ball=None, multi_ball=charge, model={"contacts": contacts},
+        scaling__schemes=["constant-gravity"],
+    )  # fmt: skip
+    radius, time = case.ball.radius_m, case.time
+    return case.domain.skin_m / radius, time.impact_speed_m_s * time.step_s / radius
+
+
+def test_a_list_lasts_twelve_steps_of_the_fastest_ball(tmp_path):
+    skin, way = skin_of(tmp_path, step_s=1.6e-4)
+    assert 0.5 * skin / way == pytest.approx(12.0, rel=0.005)
+    assert skin > 1.5
+
+
+def test_slow_steps_and_stock_contacts_keep_the_least_skin(tmp_path):
+    assert skin_of(tmp_path, step_s=5e-5)[0] == pytest.approx(1.0)
+    assert skin_of(tmp_path, "stock", step_s=1.6e-4)[0] == pytest.approx(0.75)
+
+
+def test_no_ball_of_a_thin_slice_reaches_beyond_half_its_length(tmp_path):
+    skin, way = skin_of(tmp_path, step_s=2e-4, slice_diameters=4.0)
+    assert skin == pytest.approx(2.0) and 24.0 * way > 2.5
+    assert skin_of(tmp_path, step_s=2e-4, slice_diameters=2.0)[0] == pytest.approx(1.0)
+
+
 def test_filling_and_porosity_give_the_count_from_the_liner_area(tmp_path):
     charge = {"filling": 0.3, "porosity": 0.35, "rotation_angle_rad": 1.0}
     case = by_id(cases(tmp_path, multi_ball=charge))["mb-cg-paper-S1.000"]

@@ -127,7 +127,8 @@ def test_a_charge_of_the_drum_has_its_row_and_its_figure(runs, tmp_path, monkeyp
     assert [row["balls"] for row in document["drums"]] == [charge.balls for charge in charges]
     assert [row["id"] for row in document["drums"]] == [charge.id for charge in charges]
     assert all(row["dumps"] == 2 for row in document["drums"])
-    assert len(experiments_page.drum_table(document)) == 2 + len(charges)
+    settings = {(row["campaign"], row["S"]) for row in document["drums"]}
+    assert len(experiments_page.drum_table(document)) == 2 + len(settings)
     assert (tmp_path / experiments_page.DRUM).exists()
 
 
@@ -155,14 +156,15 @@ def test_rms_of_the_drum_is_that_of_the_stored_velocities(stored):
         delimiter=",",
     )
     lines = [x for x in experiments_page.drum_table(stored) if not x.startswith(("| S", "|--"))]
-    assert len(lines) == len(stored["drums"]) >= 7
-    found = []
+    settings = {}
     for row in stored["drums"]:
         pairs = zip(row["velocity_m_s"], measured[:, 1], strict=True)
         squares = [(u - v) ** 2 for u, v in pairs if u is not None]
-        found.append(f"| {math.sqrt(sum(squares) / len(squares)):.3f} | {len(squares)} |")
-    assert sorted(found) == sorted("|" + "|".join(line.split("|")[8:10]) + "|" for line in lines)
-    assert {row["S"] for row in stored["drums"]} == {3.0, 4.0}
+        settings.setdefault((row["campaign"], row["S"]), []).append(np.sqrt(np.mean(squares)))
+    assert len(lines) == len(settings) >= 8
+    found = sorted(f"{np.mean(rms):.3f}" for rms in settings.values())
+    assert found == sorted(line.split("|")[9].split("±")[0].strip() for line in lines)
+    assert {S for _, S in settings} >= {2.0, 3.0, 4.0}
 
 
 def test_impacts_are_those_of_the_stored_releases(stored):
@@ -196,7 +198,7 @@ def test_the_experiments_run_again_give_what_is_stored(tmp_path, stored):
     write_experiments(runs, tmp_path / "x.json", FILE)
     again = json.loads((tmp_path / "x.json").read_text())
     (drum,) = again["drums"]
-    before = next(row for row in stored["drums"] if row["id"] == drum["id"])
+    before = next(row for row in stored["drums"] if row["campaign"] == "published")
     # The bed is chaotic: other vector kernels change the last digits, and so the motion.
     assert drum["liner_slip"] == pytest.approx(before["liner_slip"], abs=0.05)
     assert drum["torque"] == pytest.approx(before["torque"], rel=0.05)

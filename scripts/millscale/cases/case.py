@@ -151,7 +151,7 @@ def _case(campaign: Campaign, planned: PlannedMill, step: Step) -> Case:
         liner_state=parts.liner_state_part(campaign),
         wall=wall_part(campaign, planned),
         deck=deck_part(terms, campaign, part),
-        domain=parts.domain_part(campaign, planned),
+        domain=parts.domain_part(campaign, planned, step),
         output=parts.output_part(part, planned, time),
         warnings=(*campaign.warnings, *step.warnings, *warned),
         model=statements(campaign, planned, statements_of(terms)),

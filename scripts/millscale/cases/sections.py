@@ -33,9 +33,11 @@ from millscale.runs.liner import liner_keys, profile_rows
 
 # The start of a single ball, above the liner, in ball radii: it must not overlap the mesh.
 START_GAP = 1e-3
-# Neighbour skin in ball radii, by contacts: the optima measured at 20 mm balls. Our own list takes
-# from it only what a ball's speed asks for (`core/neighbor/adaptive_skin.h`).
+# Least neighbour skin in ball radii, by contacts: the optima measured at 20 mm balls and 1e-4 s.
 SKIN = {"stock": 0.75, "fast": 1.0}
+# Steps that our own list lasts at least. It takes from the skin only what a ball's speed asks for
+# (`core/neighbor/adaptive_skin.h`), so a longer skin costs little: docs/results/performance.md.
+LIST_STEPS = 12
 # A single ball has no others to list, and a long skin saves rebuilding the list of wall triangles.
 SINGLE_BALL_SKIN = 10.0
 # Room around the mill for the engine's box, in ball radii.
@@ -339,12 +341,28 @@ def charge_part(
     )
 
 
-def domain_part(campaign: Campaign, planned: PlannedMill) -> Domain:
+def domain_part(campaign: Campaign, planned: PlannedMill, step: Step) -> Domain:
     """Return the engine's box around the mill and its neighbour skin."""
-    ball = campaign.ball
     single = planned.part.kind == "single-ball"
-    skin = SINGLE_BALL_SKIN if single else SKIN[campaign.contacts.backend]
     return Domain(
-        half_box_m=planned.liner.radius + BOX_MARGIN * ball.largest,
-        skin_m=skin * (ball.radius if single else ball.mean_by_number),
+        half_box_m=planned.liner.radius + BOX_MARGIN * campaign.ball.largest,
+        skin_m=SINGLE_BALL_SKIN * campaign.ball.radius
+        if single
+        else _skin(campaign, planned, step),
     )
+
+
+def _skin(campaign: Campaign, planned: PlannedMill, step: Step) -> float:
+    """Return the neighbour skin of a charge [m].
+
+    Our own list lasts `LIST_STEPS` of the fastest balls, unless a ball would reach beyond half the
+    length of the mill: then most balls would be ghosts.
+    """
+    ball, backend = campaign.ball, campaign.contacts.backend
+    least = SKIN[backend] * ball.mean_by_number
+    if backend == "stock":
+        return least
+    # Half the skin is the way of a ball until the next list.
+    lasting = 2.0 * LIST_STEPS * step.limits.impact_speed * step.value
+    longest = 0.5 * planned.simulated_length - 2.0 * ball.largest
+    return max(least, float(f"{min(lasting, longest):.3g}"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -62,30 +62,54 @@ def tables(document: Row) -> str:
     )
 
 
+def settings_of(document: Row) -> list[list[Row]]:
+    """Return the rows of the drum by setting and S, the seeds of one together."""
+    groups: dict[tuple[str, float], list[Row]] = {}
+    for row in document["drums"]:
+        groups.setdefault((row["campaign"], row["S"]), []).append(row)
+    return list(groups.values())
+
+
 def drum_table(document: Row) -> list[str]:
-    """Return the drum: a line for each charge, the best fit of each S first."""
+    """Return the drum: a line for each setting, means over its seeds, best fit of each S first."""
     measured = measured_profile(document)
     lines = [
-        "| S | balls | ends | rolling friction, balls / wall | friction, balls / wall "
+        "| S | balls | seeds | ends | rolling friction, balls / wall | friction, balls / wall "
         "| slip on the liner | T / M g R | rms [m/s] | points | change of sign [mm] "
         "| speed near the wall |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    rows = [(row, simulated_profile(row, measured)) for row in document["drums"]]
-    rows.sort(key=lambda pair: (-pair[0]["S"], pair[1].rms_from(measured) or math.inf))
-    for row, profile in rows:
-        zero = profile.zero()
+    groups = [
+        (rows, [simulated_profile(x, measured) for x in rows]) for rows in settings_of(document)
+    ]
+    groups.sort(key=lambda pair: (-pair[0][0]["S"], mean_rms(pair[1], measured)))
+    for rows, profiles in groups:
+        first = rows[0]
+        zeros = [1e3 * zero for x in profiles if (zero := x.zero()) is not None]
+        points = [int(np.isfinite(x.velocity).sum()) for x in profiles]
         lines.append(
-            f"| {row['S']:g} | {row['balls']:,} | {row['ends']} "
-            f"| {row['rolling_friction_pp']:g} / {row['rolling_friction_pw']:g} "
-            f"| {row['static_friction_pp']:g} / {row['static_friction_pw']:g} "
-            f"| {number(row['liner_slip'], 3)} | {row['torque']:.3f} "
-            f"| {number(profile.rms_from(measured), 3)} "
-            f"| {int(np.isfinite(profile.velocity).sum())} "
-            f"| {number(None if zero is None else 1e3 * zero, 1)} "
-            f"| {number(profile.over_rigid(OMEGA), 2)} |"
+            f"| {first['S']:g} | {first['balls']:,} | {len(rows)} | {first['ends']} "
+            f"| {first['rolling_friction_pp']:g} / {first['rolling_friction_pw']:g} "
+            f"| {first['static_friction_pp']:g} / {first['static_friction_pw']:g} "
+            f"| {_mean([x['liner_slip'] for x in rows if x['liner_slip'] is not None], 3)} "
+            f"| {_mean([x['torque'] for x in rows], 3)} "
+            f"| {_mean(_known(x.rms_from(measured) for x in profiles), 3)} "
+            f"| {min(points)} "
+            f"| {_mean(zeros, 1)} "
+            f"| {_mean(_known(x.over_rigid(OMEGA) for x in profiles), 2)} |"
         )
     return lines
+
+
+def mean_rms(profiles: Sequence[Profile], measured: Profile) -> float:
+    """Return the mean over the seeds of the rms from the measured velocities [m/s]; infinite if no
+    seed has any."""
+    known = _known(x.rms_from(measured) for x in profiles)
+    return float(np.mean(known)) if known else math.inf
+
+
+def _known(values: Iterable[float | None]) -> list[float]:
+    return [x for x in values if x is not None]
 
 
 def throw_table(document: Row) -> list[str]:
@@ -172,22 +196,23 @@ def _draw_drum(document: Row, file: Path) -> None:
         ratios = sorted({row["S"] for row in document["drums"]})
         panels = figure.subplots(1, len(ratios), sharey=True, squeeze=False)[0]
         for axes, S in zip(panels, ratios, strict=True):
-            rows = [row for row in document["drums"] if row["S"] == S]
-            colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(rows)))
-            for row, colour in zip(rows, colours, strict=True):
-                profile = simulated_profile(row, measured)
+            groups = [rows for rows in settings_of(document) if rows[0]["S"] == S]
+            colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(groups)))
+            for rows, colour in zip(groups, colours, strict=True):
                 label = ", ".join(
                     [
-                        *(f"{row[f'rolling_friction_{pair}']:g}" for pair in ("pp", "pw")),
-                        f"{row['static_friction_pw']:g}",
-                        *(["no ends"] if row["ends"] == "periodic" else []),
+                        *(f"{rows[0][f'rolling_friction_{pair}']:g}" for pair in ("pp", "pw")),
+                        f"{rows[0]['static_friction_pw']:g}",
+                        *(["no ends"] if rows[0]["ends"] == "periodic" else []),
                     ]
                 )
-                order = np.argsort(profile.distance)
-                axes.plot(
-                    -1e3 * profile.distance[order], profile.velocity[order], color=colour,
-                    linewidth=1.0, label=label,
-                )  # fmt: skip
+                order = np.argsort(measured.distance)
+                for row in rows:
+                    velocity = simulated_profile(row, measured).velocity
+                    axes.plot(
+                        -1e3 * measured.distance[order], velocity[order], color=colour,
+                        linewidth=1.0, label=label if row is rows[0] else None,
+                    )  # fmt: skip
             axes.plot(-1e3 * measured.distance, measured.velocity, "ko", ms=3, label="measured")
             axes.axhline(0.0, color="#999", linewidth=0.8)
             axes.set(xlabel="distance below the axis [mm]", title=f"S = {S:g}")
