@@ -2,7 +2,8 @@
 
 A rank that owns a slab of the charge also works on the balls of its neighbours that reach into it:
     time of a step = c(N) N / ranks (1 + GHOST_SHARE * 2 reach / slab),  reach = 2 a + skin,
-c being the time of a ball and step in a slab without ends, N the balls, slab = length / ranks.
+c being the time of a ball and step in a slab without ends, N the balls, slab = length / ranks. The
+skin counts up to a ball radius: a longer one, for fast balls, saves more lists than it costs.
 Derived here; a charge on one rank has the same ends, as it is periodic along the axis.
 Large charges do not fit the cache, and their balls fall further and faster: c(N) = c where
 N <= IN_CACHE, else c (1 + growth ln(N / IN_CACHE)), fitted to `millscale bench --scene size`.
@@ -95,7 +96,8 @@ def most_ranks(case: Case) -> int:
 
 def ghost_factor(case: Case, ranks: int) -> float:
     """Return the work of a step over that without ghost balls, as the module derives it."""
-    reach = 2.0 * case.ball.radius_m + case.domain.skin_m
+    radius = case.ball.radius_m
+    reach = 2.0 * radius + min(case.domain.skin_m, radius)
     return 1.0 + GHOST_SHARE * 2.0 * reach * ranks / case.mill.simulated_length_m
 
 
