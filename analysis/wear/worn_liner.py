@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from millscale import _core
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
 from millscale.analysis.wear.loads import read_liner_loads
@@ -69,14 +71,33 @@ def worn_liner_of(runs: Path, wish: WearWish) -> WornLiner:
         RunFolderError: no finished case has loads on the liner.
         CampaignError: a number that cannot be used, or a liner that is worn away.
     """
-    _check(wish)
+    check_numbers(
+        {"--hours": wish.hours, "--constant": wish.constant},
+        {"--smoothing": wish.smoothing, "--plate": wish.plate},
+    )
     charges = charges_with_loads(runs, wish.ratio)
     rate = rate_of(charges, wish.law)
     case = charges[0].case
     liner = liner_of(case.mill).scaled(1.0 / case.S)
-    depth = wish.constant * wish.hours * HOUR * rate.flux
     smoothing = case.physical.ball_radius_m if wish.smoothing is None else wish.smoothing
+    worn = worn_by(liner, rate, wish.constant * wish.hours * HOUR, (smoothing, wish.plate))
     height = liner.radius - liner.clear_radius
+    return WornLiner(worn, rate, charges, height, _warnings(worn, rate, height))
+
+
+def worn_by(
+    liner: _core.Profile, rate: WearRate, factor: float, limits: tuple[float, float | None]
+) -> Worn:
+    """Return a liner of the physical mill after wear.
+
+    Args:
+        factor: depth over flux, constant times time [m^3 s / J].
+        limits: smoothing and plate, as in Wear [m].
+
+    Raises:
+        CampaignError: the liner is worn away.
+    """
+    depth = factor * rate.flux
     if not float(depth.max()) < liner.clear_radius:
         raise CampaignError(
             "millscale wear",
@@ -85,15 +106,22 @@ def worn_liner_of(runs: Path, wish: WearWish) -> WornLiner:
             f"{liner.clear_radius:.3g} m",
             "fewer hours, or a smaller constant",
         )
-    worn = worn_liner(liner, Wear(rate.edges, depth, smoothing, wish.plate))
-    return WornLiner(worn, rate, charges, height, _warnings(worn, rate, height))
+    return worn_liner(liner, Wear(rate.edges, depth, *limits))
 
 
-def _check(wish: WearWish) -> None:
-    for name, value in (("--hours", wish.hours), ("--constant", wish.constant)):
+def check_numbers(above: Mapping[str, float], lengths: Mapping[str, float | None]) -> None:
+    """Refuse options that cannot be used.
+
+    Args:
+        above: by option, accepted above 0. lengths: accepted from 0 or None [m].
+
+    Raises:
+        CampaignError: states what is accepted.
+    """
+    for name, value in above.items():
         if not (0.0 < value < math.inf):
             raise CampaignError("millscale wear", name, f"got {value:g}", "a number > 0")
-    for name, limit in (("--smoothing", wish.smoothing), ("--plate", wish.plate)):
+    for name, limit in lengths.items():
         if limit is not None and not (0.0 <= limit < math.inf):
             raise CampaignError("millscale wear", name, f"got {limit:g}", "a number >= 0")
 

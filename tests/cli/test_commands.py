@@ -31,7 +31,7 @@ def test_every_task_is_a_command():
     assert {" ".join(names) for names in COMMANDS} == {
         *("new", "schema", "plan", "generate", "run", "status", "verify", "report", "study"),
         *("open", "compare", "export"),
-        *("predict", "advise", "solve", "calibrate", "wear"),
+        *("predict", "advise", "solve", "calibrate", "wear", "breakage"),
         "bench output-cost",
         *(
             f"analyse {name}"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from in_process import millscale
+from millscale.analysis.wear.measured_profile import fit_laws
 from millscale.liner.given import Source, liner_from_file
 from millscale.runs.liner import liner_of
 from synthetic_case import finish_case, typed, write_campaign
@@ -76,6 +77,31 @@ def test_the_report_has_a_section_of_the_liner(runs):
     assert len(list((runs / "report").glob("*-wear.png"))) == 1
 
 
+def test_the_constant_of_a_measured_profile_is_found(runs, tmp_path):
+    path = tmp_path / "worn.csv"
+    # Even wear keeps the height and narrows the lifter.
+    assert wear(runs, "--hours", 4000, "--constant", 1e-10, "--to", path).returncode == 0
+    found = fit_laws(runs, path, 4000.0, None, None)
+    # The loads have no impacts, so Finnie's law does not wear.
+    (archard,) = found.laws
+    assert archard.law == "archard"
+    assert archard.constant == pytest.approx(1e-10, rel=5e-3)
+    assert archard.rms < 0.01 * found.unworn_rms
+    assert found.height == pytest.approx(archard.worn.height, rel=1e-3)
+    done = wear(runs, "--hours", 2000, "--measured", path)
+    assert done.returncode == 0, done.stderr
+    # Half of the time needs twice the constant.
+    (row,) = (line for line in done.stdout.splitlines() if "archard" in line)
+    assert float(row.split("│")[2]) == pytest.approx(2e-10, rel=1e-2)
+
+
+def test_a_profile_of_another_mill_is_refused(runs, tmp_path):
+    path = tmp_path / "other.csv"
+    path.write_text("r_mm,angle_deg\n3900,-6\n3900,-3\n3700,-2\n3700,2\n3900,3\n3900,6\n")
+    line = refused(runs, "--hours", 1, "--measured", path)
+    assert "has 30 lifter pitches, the mill of the campaign 25" in line
+
+
 @pytest.mark.parametrize(
     ("words", "cause"),
     [
@@ -85,6 +111,8 @@ def test_the_report_has_a_section_of_the_liner(runs):
         (("--hours", 1, "--constant", 1e-10, "--law", "rust"), '--law: got "rust"'),
         (("--hours", 1, "--constant", 1e-10, "--S", 1.5), "no case of S = 1.5 has loads"),
         (("--hours", 1, "--constant", 1e-10, "--plate", -1), "--plate: got -1"),
+        (("--hours", 1, "--measured", "x.csv"), "--measured: with --constant, --to"),
+        (("--hours", 1), "--constant, --to: missing"),
         (("--hours", 1e9, "--constant", 1e-10), "--hours: wears the liner by up to"),
     ],
 )
