@@ -41,6 +41,7 @@ def test_every_task_is_a_command():
             f"validate {name}"
             for name in (
                 "experiments",
+                "impact-collapse",
                 "friction-matched",
                 "prediction",
                 *("hard-cases", "energy", "time-step", "torque", "sampling"),

@@ -45,8 +45,8 @@ def test_ratios_by_decade_have_the_error_of_the_seeds(runs):
     found = collapse([runs])
     assert [mill["S"] for mill in found["mills"]] == [1.0, 1.696, 2.6]
     assert found["mills"][2]["seeds"] == [1, 2, 3]
-    assert len(found["spectra"]) == 4
-    for spectrum in found["spectra"]:
+    assert len(found["spectra"]) == 6
+    for spectrum in (x for x in found["spectra"] if x["per"] == "ball"):
         weak, strong = spectrum["decades"]
         assert (weak["low"], strong["low"]) == pytest.approx((1e-4, 1e-3))
         assert (weak["share"], strong["share"]) == pytest.approx((1 / 11, 10 / 11))
@@ -64,6 +64,17 @@ def test_ratios_by_decade_have_the_error_of_the_seeds(runs):
         curve = spectrum["curves"][2]
         for name, share in (("mean", 0.5), ("least", 0.4), ("most", 0.6)):
             assert curve[name][1] == pytest.approx(share * spectrum["curves"][0]["mean"][1])
+
+
+def test_contacts_with_the_liner_are_compared_per_area_as_well(runs):
+    found = collapse([runs])["spectra"]
+    per_ball, per_area = ([x for x in found if x["per"] == per] for per in ("ball", "area"))
+    assert {x["pairing"] for x in per_area} == {"ball_wall"}
+    for one in per_area:
+        (other,) = (x for x in per_ball if x["pairing"] == "ball_wall"
+                    and x["quantity"] == one["quantity"])  # fmt: skip
+        for a, b in zip(one["all"], other["all"], strict=True):
+            assert a["ratio"] == pytest.approx(b["ratio"] / a["S"])
 
 
 def test_a_wide_scatter_of_the_seeds_hides_a_difference(tmp_path):
@@ -91,7 +102,7 @@ def test_the_command_writes_page_numbers_and_figure(runs, tmp_path):
     assert (results / "impact-collapse.png").stat().st_size > 1000
     unit = document["mills"][0]["energy_unit_J"]
     row = f"| 1e-03 | {1e-3 * document['mills'][0]['froude']:.1e} | {1e-3 * unit:.1e} | 90.9 |"
-    assert page.count(row) == 4
+    assert page.count(row) == 6
     assert page.count("| **1.00 ± 0.0") >= 8 and "| 0.50 ± 0.06 |" in page
     assert "| dissipated | ball on ball | 100 | **1.00 ± 0.01** | 9 | 0.55 ± 0.05 |" in page
     assert np.isclose(document["mills"][2]["froude"], document["mills"][0]["froude"], rtol=1e-2)

@@ -26,7 +26,6 @@ from millscale.analysis.charge.impacts import (
 from millscale.analysis.charge.scaled_mills import ScaledMill, scaled_mills
 from millscale.analysis.finished import Charge
 from millscale.analysis.finished_campaign import load_campaign
-from millscale.analysis.result_file import PAIRINGS
 from millscale.engine.record import provenance
 from millscale.runs.untrusted import RunFolderError
 from millscale.runs.writing import write_json, write_text
@@ -77,7 +76,15 @@ def collapse(folders: Sequence[Path]) -> Row:
         "stiffness": mills[-1].first.stiffness,
         "reference_S": mills[0].first.S,
         "mills": [_mill_row(mill) for mill in mills],
-        "spectra": [_spectra(mills, name, x) for name in QUANTITIES for x in PAIRINGS],
+        "spectra": [
+            _spectra(mills, name, pairing, per)
+            for name in QUANTITIES
+            for pairing, per in (
+                ("ball_ball", "ball"),
+                ("ball_wall", "ball"),
+                ("ball_wall", "area"),
+            )
+        ],
     }
 
 
@@ -117,13 +124,22 @@ def _mill_row(mill: ScaledMill) -> Row:
     }
 
 
-def _spectra(mills: Sequence[ScaledMill], quantity: str, pairing: str) -> Row:
-    found = [_Decades(mill, quantity, pairing) for mill in mills]
+def _spectra(mills: Sequence[ScaledMill], quantity: str, pairing: str, per: str) -> Row:
+    """Return a spectrum of all mills.
+
+    Args:
+        per: ball, or area of the liner: mills that are filled alike have S times the area for each
+            ball, because the balls are not scaled.
+    """
+    found = [
+        _Decades(mill, quantity, pairing, mill.first.S if per == "area" else 1.0) for mill in mills
+    ]
     reference = found[0]
     shown = np.max([x.mean / max(x.mean.sum(), 1e-300) for x in found], axis=0) >= LEAST_SHARE
     return {
         "quantity": quantity,
         "pairing": pairing,
+        "per": per,
         "decades": [
             {
                 "low": 10.0 ** (LOWEST + k),
@@ -134,12 +150,12 @@ def _spectra(mills: Sequence[ScaledMill], quantity: str, pairing: str) -> Row:
         ],
         "all": [x.against(reference, None) for x in found[1:]],
         "alike_shares": [x.alike_share(reference) for x in found[1:]],
-        "curves": [_curve(mill, quantity, pairing) for mill in mills],
+        "curves": [_curve(mill, quantity, pairing) for mill in mills if per == "ball"],
     }
 
 
 class _Decades:
-    """Energy of the contacts of a mill by decade, per ball and revolution.
+    """Energy of the contacts of a mill by decade, per ball and revolution, over a divisor.
 
     Attributes:
         S: of the mill.
@@ -147,10 +163,10 @@ class _Decades:
         contacts: (decades,) float, counted in all seeds.
     """
 
-    def __init__(self, mill: ScaledMill, quantity: str, pairing: str) -> None:
+    def __init__(self, mill: ScaledMill, quantity: str, pairing: str, divisor: float) -> None:
         of_seeds = [by_decade(charge, pairing, quantity) for charge in mill.seeds]
         self.S = mill.first.S
-        self._energy = np.array([energy for energy, _ in of_seeds])
+        self._energy = np.array([energy for energy, _ in of_seeds]) / divisor
         self.contacts = np.sum([contacts for _, contacts in of_seeds], axis=0)
         self.mean = self._energy.mean(axis=0)
         self.error = self._error(self._energy, self.contacts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,11 @@ from millscale.report.figures.style import STYLE, colour_of_S
 
 Row = dict[str, Any]
 COMMAND = "millscale validate impact-collapse runs/impact-collapse"
-NAMES = {"ball_ball": "ball on ball", "ball_wall": "ball on liner"}
+NAMES = {
+    ("ball_ball", "ball"): "ball on ball",
+    ("ball_wall", "ball"): "ball on liner",
+    ("ball_wall", "area"): "ball on liner, per area",
+}
 # Down to this share of the largest value of a spectrum.
 SHOWN = 1e-5
 _HEAD = """# Impact spectra of scaled mills
@@ -38,11 +42,13 @@ Energies of contacts are over m (omega R)^2 of their own mill, m the mass of a b
 Over m g R they are Fr times that, and Fr is the same in all mills, so both collapse alike.
 Sums are per ball and revolution ([impacts.md](../theory/impacts.md#scaled-mills)).
 A scaled mill back-scaled to the physical mill has these numbers unchanged.
+Balls are not scaled, so a scaled mill has S times as much liner for each ball.
+Contacts with the liner are therefore also compared per area of the liner, the sums over S.
 
 ![impact-collapse](impact-collapse.png)
 
 Lines are means over the seeds, bands their least and most.
-Points of the lower row are ratios by decade, with two standard errors.
+Points of the lower row are ratios by decade, with two standard errors; dashed: per area.
 
 ## Mills
 
@@ -55,8 +61,7 @@ Points of the lower row are ratios by decade, with two standard errors.
 _RULES = """
 The error of the sum is that of the spectrum against the dissipation summed without regard to
 contacts, relative.
-A decade agrees if its ratio differs from 1 by at most {alike:g} % and {deviations:g} standard
-errors.
+A decade agrees if its ratio is within {alike:g} % and {deviations:g} standard errors of 1.
 The error is that of the mean over the seeds; of one seed it is that of the count.
 Dashes mark fewer than {fewest:g} contacts.
 Decades below 0.1 % of the energy of every mill are left out.
@@ -74,6 +79,8 @@ def page(document: Row) -> str:
     """Return the page of impact-collapse.json."""
     kept = ("command", "commit", "machine", "date", "policy", "stiffness")
     head = {key: document[key] for key in kept}
+    machine = document["machine"]
+    head["machine"] = f"{machine['cpu']}, {machine['available_cores']} cores"
     scheme = document["scheme"].replace("-", " ")
     lines = [_HEAD.format(**head, scheme=scheme[:1].upper() + scheme[1:])]
     lines += [_mill_line(mill) for mill in document["mills"]]
@@ -100,7 +107,7 @@ def page(document: Row) -> str:
 
 
 def _name(spectrum: Row) -> str:
-    return NAMES[spectrum["pairing"]]
+    return NAMES[spectrum["pairing"], spectrum["per"]]
 
 
 def _mill_line(mill: Row) -> str:
@@ -149,7 +156,8 @@ def draw(document: Row, file: Path) -> Figure:
     Args:
         file: picture to write.
     """
-    spectra: Sequence[Row] = document["spectra"]
+    spectra = [x for x in document["spectra"] if x["per"] == "ball"]
+    per_area = {x["quantity"]: x for x in document["spectra"] if x["per"] == "area"}
     with rc_context(STYLE):
         figure = Figure(figsize=(13.0, 6.2), layout="constrained")
         rows = figure.subplots(
@@ -157,7 +165,11 @@ def draw(document: Row, file: Path) -> Figure:
         )
         for upper, lower, spectrum in zip(*rows, spectra, strict=True):
             _curves(upper, spectrum)
-            _ratios(lower, spectrum)
+            _ratios(lower, spectrum, "o-")
+            if spectrum["pairing"] == "ball_wall":
+                _ratios(lower, per_area[spectrum["quantity"]], "s--")
+            lower.axhspan(1.0 - ALIKE, 1.0 + ALIKE, color="#ddd", linewidth=0.0, zorder=0)
+            lower.set_ylim(0.0, 2.0)
             upper.set_title(f"{spectrum['quantity']}, {_name(spectrum)}")
             lower.set_xlabel(r"energy of a contact over $m\,(\omega R)^2$")
             froude = document["mills"][0]["froude"]
@@ -194,9 +206,8 @@ def _curves(axes: Axes, spectrum: Row) -> None:
         axes.set_xlim(0.5 * min(shown), 2.0 * max(shown))
 
 
-def _ratios(axes: Axes, spectrum: Row) -> None:
-    axes.axhspan(1.0 - ALIKE, 1.0 + ALIKE, color="#ddd", linewidth=0.0)
-    for k, curve in enumerate(spectrum["curves"][1:]):
+def _ratios(axes: Axes, spectrum: Row, style: str) -> None:
+    for k, whole in enumerate(spectrum["all"]):
         points = [
             (decade["low"] * 10.0**0.5, found["ratio"], DEVIATIONS * found["error"])
             for decade in spectrum["decades"]
@@ -205,7 +216,6 @@ def _ratios(axes: Axes, spectrum: Row) -> None:
         if points:
             energy, ratio, error = zip(*points, strict=True)
             axes.errorbar(
-                energy, ratio, error, fmt="o-", markersize=3.5, capsize=2,
-                color=colour_of_S(curve["S"]),
+                energy, ratio, error, fmt=style, markersize=3.5, capsize=2,
+                color=colour_of_S(whole["S"]),
             )  # fmt: skip
-    axes.set_ylim(0.0, 2.0)
