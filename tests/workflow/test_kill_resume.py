@@ -17,13 +17,15 @@ import small_campaign
 from millscale.cases.generate import generate
 from millscale.engine.deck_run import ENGINE
 from millscale.engine.restart_file import NotWholeError, read_restart
-from millscale.runs.layout import STAGES
+from millscale.runs.layout import IMPACTS_FILES, LOADS_FILES, STAGES
 
 pytestmark = pytest.mark.engine
 
 BALL = small_campaign.SINGLE_BALLS[0]
 # Some seconds of a charge; a single ball for as long.
 CHARGE_TEXT = kill_resume.campaign_text(rotation_angle=3.0, restart_angle=0.15, balls=150)
+LOADS_TEXT = CHARGE_TEXT + "impacts = true\nliner_loads = true\n"
+RECORDED = (*IMPACTS_FILES, *LOADS_FILES)
 BALL_TEXT = (
     small_campaign.TEXT.split("[single_ball]")[0]
     + "[single_ball]\nS = [1.0]\nrotation_angle_rad = 10.0\nstep_s = 1e-5\n"
@@ -43,7 +45,14 @@ def run(case, name):
     assert process.returncode == 0, errors.decode()
 
 
-@pytest.fixture(scope="module", params=[(CHARGE_TEXT, kill_resume.CASE), (BALL_TEXT, BALL)])
+@pytest.fixture(
+    scope="module",
+    params=[
+        (CHARGE_TEXT, kill_resume.CASE),
+        pytest.param((LOADS_TEXT, kill_resume.CASE), id="impacts-and-loads"),
+        (BALL_TEXT, BALL),
+    ],
+)
 def whole(request, tmp_path_factory):
     """A case that ran without interruption."""
     text, case_id = request.param
@@ -64,7 +73,7 @@ def case(whole, tmp_path):
     shutil.copytree(whole, copy, symlinks=True)
     for path in copy.glob("mill.?.restart"):
         path.unlink()
-    for name in ("series.csv", "timing.json", "occupancy.csv"):
+    for name in ("series.csv", "timing.json", "occupancy.csv", *RECORDED):
         (copy / name).unlink(missing_ok=True)
     shutil.rmtree(copy / "dump", ignore_errors=True)
     return copy
@@ -135,6 +144,8 @@ def test_three_kills_change_nothing(case, whole):
     if (whole / "occupancy.csv").exists():
         files.append("occupancy.csv")
         assert len(files) > 5
+    if json.loads((whole / "case.json").read_text())["deck"].get("impacts") == "on":
+        files += RECORDED
     for name in files:
         assert (case / name).read_bytes() == (whole / name).read_bytes(), name
     assert len(list(case.glob("dump/*"))) == len(list(whole.glob("dump/*")))
