@@ -78,6 +78,7 @@ struct Contact {
   Vector3<Number> displacement;    ///< tangential displacement before the step [m]
   Number damping_share{0.0};       ///< sum of `contact::damping_share` of both bodies [-]
   Number mass{0.0};                ///< effective mass m*, for the energy budget [kg]
+  Number inverse_distance{0.0};    ///< of the centres of balls, for the work of contacts [1/m]
 };
 
 template <class Number>
@@ -219,6 +220,7 @@ template <bool from_excess = false, class Number>
   Contact<Number> c;
   const Number inverse = inverses * sums;
   c.normal = inverse * pair.separation;
+  c.inverse_distance = inverse;
   c.overlap = larger(gap, zero);
   c.mass = pair.mass_i * pair.mass_j * (inverses * (radii * distance));
   c.radius = contact_radius(radius, c.overlap);
@@ -231,6 +233,18 @@ template <bool from_excess = false, class Number>
   c.displacement = pair.displacement;
   c.damping_share = pair.damping_share;
   return c;
+}
+
+/// Return what the tangential spring of two balls stores, 1/2 k_t xi^2 with k_t of the present
+/// overlap [J]. separation: of the centres, after the step as the displacement.
+inline double tangential_energy(const ContactLaw<double>& law, double radius_i, double radius_j,
+                                const Vector3<double>& separation,
+                                const Vector3<double>& displacement)
+{
+  const double radii = radius_i + radius_j;
+  const double overlap = larger(radii - std::sqrt(dot(separation, separation)), 0.0);
+  const double radius = contact_radius(radius_i * radius_j / radii, overlap);
+  return 0.5 * law.tangential_stiffness * radius * dot(displacement, displacement);
 }
 
 /// A ball that overlaps with a wall.

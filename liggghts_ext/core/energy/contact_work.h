@@ -1,27 +1,23 @@
 #pragma once
 
-#include <array>
-#include <vector>
+#include <cmath>
 
+#include "core/contact/contact_force.h"
 #include "core/math/vector3.h"
 
 namespace millscale::energy {
 
-/// Loads of a contact of two balls without the elastic normal force, and the energy that they have
-/// dissipated since the contact began. The tangential spring is one of the loads: what it stores
-/// comes back, or is dissipated at the latest when the contact ends. Three rows of four numbers for
-/// packs.
+/// What a contact of two balls keeps until the next step: its loads, and the energy that they have
+/// dissipated since the contact began. The loads are the force without the elastic normal force and
+/// the rolling torque; the torques of the force follow from the positions. The tangential spring is
+/// one of the loads: what it stores comes back, or is dissipated at the latest when the contact
+/// ends.
 struct alignas(32) ContactWork {
-  double force[3];     ///< on i; on j the opposite [N]
-  double available;    ///< energy of the approach, 1/2 m* v_n^2 [J]; negative: not yet evaluated
-  double torque_i[3];  ///< [N m]
-  double stored;       ///< by the tangential spring [J]
-  double torque_j[3];  ///< [N m]
-  double dissipated;   ///< work against the loads [J]; contains what is stored
-
-  static constexpr int numbers = 12;
-  static constexpr double not_evaluated = -1.0;
+  float force[3];     ///< on i; on j the opposite [N]
+  float torque[3];    ///< of rolling friction on i; on j the opposite [N m]
+  double dissipated;  ///< work against the loads [J]; contains what is stored
 };
+static_assert(sizeof(ContactWork) == 32);
 
 /// Return the same contact with i and j exchanged.
 inline ContactWork seen_from_j(const ContactWork& of_i)
@@ -29,10 +25,94 @@ inline ContactWork seen_from_j(const ContactWork& of_i)
   ContactWork seen = of_i;
   for (int d = 0; d < 3; ++d) {
     seen.force[d] = -of_i.force[d];
-    seen.torque_i[d] = of_i.torque_j[d];
-    seen.torque_j[d] = of_i.torque_i[d];
+    seen.torque[d] = -of_i.torque[d];
   }
   return seen;
+}
+
+/// The work of a contact that leaves its list.
+struct CarriedWork {
+  ContactWork work;
+  double available;  ///< energy of the approach, 1/2 m* v_n^2 [J]
+
+  static constexpr int numbers = 8;
+};
+static_assert(sizeof(CarriedWork) == CarriedWork::numbers * sizeof(double));
+
+[[gnu::always_inline]] inline Vector3<double> vector_of(const float* numbers)
+{
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+/// Force and torque on a ball [N], [N m].
+struct LoadOnBall {
+  Vector3<double> force, torque;
+};
+
+/// Return the loads of a contact on i. separation: from the centre of j to that of i [m].
+inline LoadOnBall load_on_i(const ContactWork& work, const Vector3<double>& separation,
+                            double radius_i, double radius_j)
+{
+  const double distance = std::sqrt(dot(separation, separation));
+  const Vector3<double> force = vector_of(work.force);
+  const Vector3<double> moment = (1.0 / distance) * cross(separation, force);
+  const double lever = 0.5 * (radius_i - radius_j + distance);
+  return {force, vector_of(work.torque) - lever * moment};
+}
+
+/// What dissipates energy in a contact.
+enum Cause { by_normal_damping, by_tangential_force, by_rolling, causes };
+
+/// A number of each cause.
+template <class Number>
+struct ByCause {
+  Number of[causes];
+};
+
+/// Return 1 / sqrt(r2) from a guess whose square differs by a small part.
+template <class Number>
+[[gnu::always_inline]] inline Number inverse_root(const Number& r2, const Number& guess)
+{
+  const Number off = Number(1.0) - r2 * Number(guess * guess);
+  const Number series =
+      Number(0.5) +
+      off * Number(Number(0.375) + off * Number(Number(0.3125) + off * Number(0.2734375)));
+  return guess + guess * Number(off * series);
+}
+
+/// Return the powers of the loads of the step before [W], at the velocities since. Those velocities
+/// have brought the balls from the places of that step to the present ones, so that the normal and
+/// the levers of that step follow from both. inverse_distance: of the present places [1/m].
+template <class Number>
+[[gnu::always_inline]] inline ByCause<Number> powers_of_kept(const Vector3<Number>& force,
+                                                             const Vector3<Number>& torque,
+                                                             const contact::BallPair<Number>& pair,
+                                                             const Number& inverse_distance,
+                                                             double dt)
+{
+  const Number half(0.5);
+  const Vector3<Number> separation = subtract_scaled(pair.separation, Number(dt), pair.velocity);
+  const Number inverse = inverse_root(Number(dot(separation, separation)), inverse_distance);
+  // The levers over the distance are half of 1, more or less this.
+  const Number share = Number(half * (pair.radius_i - pair.radius_j)) * inverse;
+  const Vector3<Number> turning = pair.spin_i - pair.spin_j;
+  const Vector3<Number> spin = add_scaled(half * (pair.spin_i + pair.spin_j), share, turning);
+  const Vector3<Number> velocity = pair.velocity - cross(spin, separation);
+  const Number along = dot(force, separation), apart = dot(pair.velocity, separation);
+  const Number normal = Number(along * apart) * Number(inverse * inverse);
+  return {{normal, dot(force, velocity) - normal, dot(torque, turning)}};
+}
+
+/// Return the powers of loads at this step [W].
+template <class Number>
+[[gnu::always_inline]] inline ByCause<Number> powers_of_loads(const Vector3<Number>& force,
+                                                              const Vector3<Number>& torque,
+                                                              const contact::Contact<Number>& c)
+{
+  const Vector3<Number> spin = add_scaled(c.lever_i * c.spin_i, c.lever_j, c.spin_j);
+  const Vector3<Number> velocity = c.velocity - cross(spin, c.normal);
+  const Number normal = dot(force, c.normal) * dot(c.velocity, c.normal);
+  return {{normal, dot(force, velocity) - normal, dot(torque, c.spin_i - c.spin_j)}};
 }
 
 /// A contact of two balls that ended at this step.
@@ -43,11 +123,52 @@ struct EndedContact {
 
 /// Where the kernels record the work of contacts. Nothing is owned here.
 struct WorkRecord {
-  ContactWork* of_entry;  ///< of each entry of the pair list; anything of pairs not in contact
-  EndedContact* ended;    ///< room for as many as entries
-  int count;              ///< of contacts that ended
-  double half_step;       ///< dt / 2 [s]; 0 at set-up, where only the loads are stored
-  double total;           ///< work against the loads of all contacts at this step [J]
+  static constexpr int lanes = 8;  ///< of sums; the order of additions is that of any pack
+
+  ContactWork* of_entry;   ///< of each entry of the pair list; anything of pairs not in contact
+  double* available;       ///< of each entry: energy of the approach, 1/2 m* v_n^2 [J]
+  EndedContact* ended;     ///< room for as many as entries
+  int count = 0;           ///< of contacts that ended
+  double half_step = 0.0;  ///< dt / 2 [s]; 0 at set-up, where only the loads are stored
+  double work[causes][lanes] = {};  ///< against the loads at this step [J]
+  double last_work[causes] = {};    ///< of these, of contacts that ended [J]
+
+  // Always inlined: the kernels may not share functions between object files.
+
+  /// Begin the contact of an entry.
+  [[gnu::always_inline]] void begin(int entry, const contact::BallPair<double>& pair)
+  {
+    of_entry[entry] = {};
+    const double along = dot(pair.velocity, pair.separation);
+    const double mass = pair.mass_i * pair.mass_j / (pair.mass_i + pair.mass_j);
+    available[entry] = half_step > 0.0 && along < 0.0 ? 0.5 * mass * along * along / pair.r2 : 0.0;
+  }
+
+  /// End the contact of an entry with the second half step of its last loads. share: what this rank
+  /// counts of the contact.
+  [[gnu::always_inline]] void end(int entry, int i, int j, double share,
+                                  const contact::BallPair<double>& pair)
+  {
+    const ContactWork& work = of_entry[entry];
+    const ByCause<double> power =
+        powers_of_kept(vector_of(work.force), vector_of(work.torque), pair,
+                       1.0 / __builtin_sqrt(pair.r2), 2.0 * half_step);
+    double dissipated = work.dissipated;
+    for (int cause = 0; cause < causes; ++cause) {
+      const double last = half_step * power.of[cause];
+      dissipated -= last;
+      last_work[cause] -= share * last;
+    }
+    ended[count++] = {i, j, dissipated, available[entry]};
+  }
+
+  /// Return the work against the loads of all contacts at this step [J].
+  double total(Cause cause) const
+  {
+    double sum = last_work[cause];
+    for (const double part : work[cause]) sum += part;
+    return sum;
+  }
 };
 
 /// The same of a contact of a ball with a wall, whose motion is known.

@@ -19,6 +19,7 @@ struct Found {
   alignas(64) double x[room], y[room], z[room];  ///< of the separation [m]
   alignas(64) double minus_radii[room];          ///< minus the sum of the radii [m]
   alignas(64) unsigned displacement[room];       ///< index of its first component
+  alignas(64) Ball entry[room];                  ///< times eight, if the work is recorded
   alignas(64) Ball i[room], j[room];
   int count = 0;
 
@@ -29,7 +30,7 @@ struct Found {
     for (int k = 0; k < count; k += width) {
       for (double* column : {x, y, z, minus_radii})
         __builtin_memcpy(column + k, column + k + dropped, width * sizeof(double));
-      for (unsigned* column : {displacement, i, j})
+      for (unsigned* column : {displacement, entry, i, j})
         __builtin_memcpy(column + k, column + k + dropped, width * sizeof(unsigned));
     }
   }
@@ -39,7 +40,7 @@ struct Found {
   {
     for (int k = count; k < lanes; ++k) {
       for (double* column : {x, y, z, minus_radii}) column[k] = column[0];
-      for (unsigned* column : {displacement, i, j}) column[k] = column[0];
+      for (unsigned* column : {displacement, entry, i, j}) column[k] = column[0];
     }
   }
 };
@@ -51,32 +52,44 @@ inline Doubles excess(const Vector3<Doubles>& separation, Doubles radii)
          separation.z * separation.z;
 }
 
-/// Record the end of a contact: the work of the second half step of its last loads.
-inline void end_contact(const Task& task, std::size_t pair)
+/// Return what the work of a contact of the list needs of its balls, in double precision.
+inline contact::BallPair<double> pair_of(const Task& task, std::size_t entry)
 {
-  energy::WorkRecord& record = *task.record;
-  const energy::ContactWork& work = record.of_entry[pair];
-  const int i = task.pairs.own[pair], j = task.pairs.other[pair];
-  const bool in_arrays = task.sums.force;
-  const auto velocity = [&](int ball) {
-    return in_arrays ? task.particles.velocity[ball] : task.rows->velocity[ball].velocity;
+  const int i = task.pairs.own[entry], j = task.pairs.other[entry];
+  const PositionRow &at = task.rows->position[i], &from = task.rows->position[j];
+  contact::BallPair<double> pair{};
+  pair.separation = {at.x - from.x, at.y - from.y, at.z - from.z};
+  pair.r2 = dot(pair.separation, pair.separation);
+  pair.radius_i = at.radius;
+  pair.radius_j = from.radius;
+  const neighbor::Particles& balls = task.particles;
+  const bool in_arrays = task.sums.force;  // else in the rows, which are in double precision then
+  const auto motion = [&](int ball, Vector3<double>& velocity, Vector3<double>& spin,
+                          double& mass) {
+    const VelocityRow* const row = in_arrays ? nullptr : task.rows->velocity + ball;
+    velocity = vector3(in_arrays ? balls.velocity[ball] : row->velocity);
+    spin = vector3(in_arrays ? balls.spin[ball] : row->spin);
+    mass = in_arrays ? balls.mass[ball] : row->mass;
   };
-  const auto spin = [&](int ball) {
-    return in_arrays ? task.particles.spin[ball] : task.rows->velocity[ball].spin;
-  };
-  double power = 0.0;
-  for (int d = 0; d < 3; ++d)
-    power += work.force[d] * (velocity(i)[d] - velocity(j)[d]) + work.torque_i[d] * spin(i)[d] +
-             work.torque_j[d] * spin(j)[d];
-  const double last = record.half_step * power;
-  record.total -= j < task.particles.nlocal ? last : 0.5 * last;
-  record.ended[record.count++] = {i, j, work.dissipated - last, work.available};
+  Vector3<double> of_j;
+  motion(i, pair.velocity, pair.spin_i, pair.mass_i);
+  motion(j, of_j, pair.spin_j, pair.mass_j);
+  pair.velocity = pair.velocity - of_j;
+  return pair;
+}
+
+/// Record the end of a contact.
+inline void end_contact(const Task& task, std::size_t entry)
+{
+  const int j = task.pairs.other[entry];
+  task.record->end(static_cast<int>(entry), task.pairs.own[entry], j,
+                   j < task.particles.nlocal ? 1.0 : 0.5, pair_of(task, entry));
 }
 
 /// Set which of the pairs from `entry` on are in contact, and clear the history of contacts that
 /// begin. That of pairs not in contact is never read.
-[[gnu::noinline]] inline void change_contacts(const Task& task, int entry, unsigned before,
-                                              unsigned now)
+[[gnu::flatten, gnu::noinline]] inline void change_contacts(const Task& task, int entry,
+                                                            unsigned before, unsigned now)
 {
   const unsigned kept = task.step.reset_on_separation ? now : now | before;
   for (int lane = 0; lane < width; ++lane) {
@@ -87,14 +100,12 @@ inline void end_contact(const Task& task, std::size_t pair)
       for (int d = 0; d < 3; ++d) task.pairs.displacement[3 * pair + d] = 0.0;
     if (!task.record) continue;
     if (ends) end_contact(task, pair);
-    if (!begins) continue;
-    energy::ContactWork& work = task.record->of_entry[pair];
-    work = {};
-    work.available = energy::ContactWork::not_evaluated;
+    if (begins) task.record->begin(static_cast<int>(pair), pair_of(task, pair));
   }
 }
 
 /// Find the contacts among the entries from `entry` on, of which `count` belong to the list.
+template <bool recorded>
 inline void find(const Task& task, int entry, int count, Found& found)
 {
   constexpr int ahead = neighbor::spare_entries - width;
@@ -112,18 +123,20 @@ inline void find(const Task& task, int entry, int count, Found& found)
   store_chosen(found.z + at, now, pair.xyz.z);
   store_chosen(found.minus_radii + at, now, pair.fourth);
   store_chosen(found.displacement + at, now, ints_from(3 * entry, 3));
+  if constexpr (recorded) store_chosen(found.entry + at, now, ints_from(8 * entry, 8));
   store_chosen(found.i + at, now, balls(ints(i)));
   store_chosen(found.j + at, now, balls(ints(j)));
   found.count = at + __builtin_popcount(now);
 }
 
 /// Find the contacts of a part of the list.
+template <bool recorded>
 [[gnu::flatten, gnu::noinline]] void find_part(const Task& task, int begin, Found& found)
 {
   const int end =
       begin + Found::part < task.pairs.entries ? begin + Found::part : task.pairs.entries;
   for (int entry = begin; entry < end; entry += width)
-    find(task, entry, task.pairs.entries - entry, found);
+    find<recorded>(task, entry, task.pairs.entries - entry, found);
 }
 
 /// Raise the largest overlap, radii less distance of the centres [m], rounded as by a search among
@@ -148,12 +161,12 @@ inline void find(const Task& task, int entry, int count, Found& found)
 
 /// Find all contacts of the list. evaluate(found, first, count) evaluates `count` of them, at most
 /// `lanes`; prefetch(found, first) prefetches as many.
-template <int lanes, class Prefetch, class Evaluate>
+template <int lanes, bool recorded, class Prefetch, class Evaluate>
 inline void for_each_pack(const Task& task, const Prefetch& prefetch, const Evaluate& evaluate)
 {
   Found found;
   for (int begin = 0; begin < task.pairs.entries; begin += Found::part) {
-    find_part(task, begin, found);
+    find_part<recorded>(task, begin, found);
     if (task.largest_overlap) raise_overlap(found, *task.largest_overlap);
     int k = 0;
     for (; k + 2 * lanes <= found.count; k += lanes) {

@@ -115,24 +115,19 @@ inline void store_at(const Address& address, int count, const Vector3<Half>& v)
              Columns<Half>{v, v.z});
 }
 
-/// Return the numbers of the lanes in an array.
 template <class Half>
-inline void store_lanes(const Two<Half>& numbers, decltype(Half{}.values[0] + 0) * to)
+inline Vector3<Two<Half>> as_kept(const Vector3<Two<Half>>& v)
 {
-  __builtin_memcpy(to, &numbers.first.values, sizeof numbers.first.values);
-  __builtin_memcpy(to + Half::lanes, &numbers.second.values, sizeof numbers.second.values);
-}
-
-/// Return the numbers of a `ContactWork`.
-inline double* numbers_of_work(const energy::WorkRecord& record, const Found& found, int k)
-{
-  return record.of_entry->force +
-         energy::ContactWork::numbers / 3 * std::size_t{found.displacement[k]};
+  const auto kept = [](const Two<Half>& a) {
+    return Two<Half>{as_kept(a.first), as_kept(a.second)};
+  };
+  return {kept(v.x), kept(v.y), kept(v.z)};
 }
 
 /// Record the loads of the first `count` of a pack of contacts, and the work against the loads of
 /// this step and of the step before with the velocity between both: velocity Verlet applies a force
-/// in two half steps.
+/// in two half steps. The loads are kept in single precision. What they lose is counted here, so
+/// that only the change of the velocity until the next step meets the rounding.
 template <class Half>
 inline void record_work(const Task& task, const Found& found, int first, int count,
                         const contact::BallPair<Two<Half>>& pair,
@@ -140,57 +135,46 @@ inline void record_work(const Task& task, const Found& found, int first, int cou
                         const contact::ContactForce<Two<Half>>& result)
 {
   using Number = Two<Half>;
-  constexpr int lanes = Number::lanes;
+  constexpr int parts = Half::lanes / width;
   energy::WorkRecord& record = *task.record;
-  const auto work_of = [&](int k) { return numbers_of_work(record, found, k); };
-  const auto row = [&](int number) {
-    const auto half = [&](int k) {
-      return columns<Half>([&](int lane) { return _mm256_load_pd(work_of(k + lane) + number); });
-    };
-    return two(half(first), half(first + Half::lanes));
-  };
-  const Columns<Number> force = row(0), torque_i = row(4), torque_j = row(8);
-  // Read before the rows are written: a load from a row that is being written would wait for it.
-  double dissipated[lanes];
-  for (int lane = 0; lane < lanes; ++lane) dissipated[lane] = work_of(first + lane)[11];
-  const Number zero(0.0);
-  const Vector3<Number> loads = subtract_scaled(result.force, result.elastic_force, contact.normal);
-  const Number power = dot(force.xyz + loads, pair.velocity) +
-                       dot(torque_i.xyz + result.torque_i, pair.spin_i) +
-                       dot(torque_j.xyz + result.torque_j, pair.spin_j);
-  const Number done = zero - Number(record.half_step) * power;
-  const Number speed = dot(contact.velocity, contact.normal);
-  const Number half_mass = Number(record.half_step > 0.0 ? 0.5 : 0.0) * contact.mass;
-  const Number approach = choose(speed > zero, zero, half_mass * (speed * speed));
-  const Columns<Number> of_force{loads, choose(zero > force.fourth, approach, force.fourth)};
-  const Columns<Number> of_torque_i{
-      result.torque_i,
-      Number(0.5) * result.tangential_stiffness * dot(result.displacement, result.displacement)};
-  const auto store = [&](int begin, int count, const Columns<Half>& of_force,
-                         const Columns<Half>& of_torque_i, const Vector3<Half>& torque_j) {
-    const auto four = [&](int number) {
-      return
-          [&, number](int lane, __m256d row) { store_four(work_of(begin + lane) + number, row); };
-    };
-    store_each(four(0), count, of_force);
-    store_each(four(4), count, of_torque_i);
-    store_at([&](int lane) { return work_of(begin + lane) + 8; }, count, torque_j);
-  };
-  store(first, count, first_of(of_force), first_of(of_torque_i), first_of(result.torque_j));
-  if (count > Half::lanes)
-    store(first + Half::lanes, count - Half::lanes, second_of(of_force), second_of(of_torque_i),
-          second_of(result.torque_j));
+  const auto before = [&](int k) { return works(record.of_entry, found.entry + k, Half{}); };
+  auto first_half = before(first), second_half = before(first + Half::lanes);
+  const auto of_before = energy::powers_of_kept(two(first_half.force, second_half.force),
+                                                two(first_half.torque, second_half.torque), pair,
+                                                contact.inverse_distance, task.step.dt);
+  const Vector3<Number> force = subtract_scaled(result.force, result.elastic_force, contact.normal);
+  const Vector3<Number>& torque = result.rolling_torque;
+  const Vector3<Number> kept_force = as_kept(force), kept_torque = as_kept(torque);
+  const auto now = energy::powers_of_loads(force + (force - kept_force),
+                                           torque + (torque - kept_torque), contact);
+  Number done[energy::causes];
+  for (int cause = 0; cause < energy::causes; ++cause)
+    done[cause] = Number(-record.half_step) * Number(of_before.of[cause] + now.of[cause]);
   // Sums over time are in double precision.
-  alignas(64) std::remove_reference_t<decltype(Half{}.values[0] + 0)> of_lane[lanes];
-  store_lanes(done, of_lane);
   const Ball ghosts = 8u * static_cast<Ball>(task.particles.nlocal);
-  double total = 0.0;
-  for (int lane = 0; lane < count; ++lane) {
-    const double work = of_lane[lane];
-    work_of(first + lane)[11] = dissipated[lane] + work;
-    total += found.j[first + lane] < ghosts ? work : 0.5 * work;
-  }
-  record.total += total;
+  const auto add = [&](auto& works, int half, const auto& of_half) {
+    for (int p = 0; p < parts; ++p) {
+      const int lane = half * Half::lanes + p * width;
+      const Doubles share = shares(found.j + first + lane, ghosts, count - lane);
+      Doubles sum = works.dissipated[p];
+      for (int cause = 0; cause < energy::causes; ++cause) {
+        const Doubles work = part(of_half(done[cause]), p);
+        double* const total = record.work[cause] + lane % energy::WorkRecord::lanes;
+        store_numbers(total, from_doubles<Doubles>(total) + share * work);
+        sum = sum + work;
+      }
+      works.dissipated[p] = sum;
+    }
+  };
+  add(first_half, 0, [](const Number& a) { return a.first; });
+  add(second_half, 1, [](const Number& a) { return a.second; });
+  first_half.force = first_of(kept_force);
+  first_half.torque = first_of(kept_torque);
+  store_works(record.of_entry, found.entry + first, count, first_half);
+  if (count <= Half::lanes) return;
+  second_half.force = second_of(kept_force);
+  second_half.torque = second_of(kept_torque);
+  store_works(record.of_entry, found.entry + first + Half::lanes, count - Half::lanes, second_half);
 }
 
 /// Evaluate the first `count` of a pack of contacts. `usual` fixes the terms of the law that decks
@@ -233,7 +217,7 @@ inline void evaluate_list(const Task& task)
     law = same_law<Two<Half>>(laws.of_types[(laws.only_type - 1) * (laws.types + 1)]);
   const auto* const velocity = velocity_rows(*task.rows, Half{});
   const auto* const force = force_rows(*task.rows, Half{});
-  for_each_pack<lanes>(
+  for_each_pack<lanes, recorded>(
       task,
       [&](const Found& found, int first) {
         for (int lane = 0; lane < lanes; ++lane) {
@@ -241,9 +225,7 @@ inline void evaluate_list(const Task& task)
           __builtin_prefetch(&row_of(velocity, j));
           __builtin_prefetch(&row_of(force, j), 1);
           if constexpr (recorded) {
-            const double* work = numbers_of_work(*task.record, found, first + lane);
-            __builtin_prefetch(work, 1);
-            __builtin_prefetch(work + 8, 1);
+            __builtin_prefetch(&row_of(task.record->of_entry, found.entry[first + lane]), 1);
           }
         }
       },

@@ -46,80 +46,11 @@ struct Budget {
   void separated(int entry) { of.separated(entry); }
 };
 
-/// Without a record of the work.
-struct NoRecord {
-  void contact(const Task&, int, const contact::BallPair<double>&, const contact::Contact<double>&,
-               const contact::ContactForce<double>&)
-  {
-  }
-  void begins(int) {}
-  void ends(const Task&, int) {}
-};
-
-/// Records the work of each contact, as `record_work` in kernel_packs.cpp does.
-struct Record {
-  energy::WorkRecord& to;
-
-  /// Return the power of a contact's loads [W].
-  static double power(const energy::ContactWork& work, const Vector3<double>& velocity,
-                      const Vector3<double>& spin_i, const Vector3<double>& spin_j)
-  {
-    return dot(vector3(work.force), velocity) + dot(vector3(work.torque_i), spin_i) +
-           dot(vector3(work.torque_j), spin_j);
-  }
-
-  /// Add the work of half a step to the sum over all contacts. Return the work.
-  double add(const Task& task, int entry, double power)
-  {
-    const double work = -to.half_step * power;
-    to.total += task.pairs.other[entry] < task.particles.nlocal ? work : 0.5 * work;
-    return work;
-  }
-
-  void contact(const Task& task, int entry, const contact::BallPair<double>& pair,
-               const contact::Contact<double>& contact, const contact::ContactForce<double>& result)
-  {
-    energy::ContactWork& work = to.of_entry[entry];
-    const double before = power(work, pair.velocity, pair.spin_i, pair.spin_j);
-    const auto store = [](const Vector3<double>& from, double(&numbers)[3]) {
-      numbers[0] = from.x;
-      numbers[1] = from.y;
-      numbers[2] = from.z;
-    };
-    store(result.force - result.elastic_force * contact.normal, work.force);
-    store(result.torque_i, work.torque_i);
-    store(result.torque_j, work.torque_j);
-    const double now = power(work, pair.velocity, pair.spin_i, pair.spin_j);
-    work.dissipated += add(task, entry, before + now);
-    const contact::EvaluatedContact evaluated(contact, result);
-    work.stored = evaluated.tangential_energy();
-    if (work.available < 0.0)
-      work.available = to.half_step > 0.0 ? evaluated.approach_energy() : 0.0;
-  }
-  void begins(int entry)
-  {
-    to.of_entry[entry] = {};
-    to.of_entry[entry].available = energy::ContactWork::not_evaluated;
-  }
-  void ends(const Task& task, int entry)
-  {
-    const neighbor::Particles& balls = task.particles;
-    const int i = task.pairs.own[entry], j = task.pairs.other[entry];
-    const energy::ContactWork& work = to.of_entry[entry];
-    const double last = add(task, entry,
-                            power(work, vector3(balls.velocity[i]) - vector3(balls.velocity[j]),
-                                  vector3(balls.spin[i]), vector3(balls.spin[j])));
-    to.ended[to.count++] = {i, j, work.dissipated + last, work.available};
-  }
-};
-
-template <class BudgetOrNone, class RecordOrNone>
-void evaluate_contact(const Task& task, int entry, double* displacement, BudgetOrNone budget,
-                      RecordOrNone record)
+/// Return a pair of the list.
+contact::BallPair<double> pair_of(const Task& task, int entry)
 {
   const int i = task.pairs.own[entry], j = task.pairs.other[entry];
   const neighbor::Particles& particles = task.particles;
-  const Rows& rows = *task.rows;
   contact::BallPair<double> pair;
   pair.separation = vector3(particles.position[i]) - vector3(particles.position[j]);
   pair.r2 = dot(pair.separation, pair.separation);
@@ -130,8 +61,74 @@ void evaluate_contact(const Task& task, int entry, double* displacement, BudgetO
   pair.velocity = vector3(particles.velocity[i]) - vector3(particles.velocity[j]);
   pair.spin_i = vector3(particles.spin[i]);
   pair.spin_j = vector3(particles.spin[j]);
-  pair.displacement = vector3(displacement);
-  pair.damping_share = rows.velocity[i].damping_share + rows.velocity[j].damping_share;
+  pair.displacement = vector3(task.pairs.displacement + 3 * static_cast<std::size_t>(entry));
+  pair.damping_share = task.rows->velocity[i].damping_share + task.rows->velocity[j].damping_share;
+  return pair;
+}
+
+/// Without a record of the work.
+struct NoRecord {
+  void contact(const Task&, int, const contact::BallPair<double>&, const contact::Contact<double>&,
+               const contact::ContactForce<double>&)
+  {
+  }
+  void begins(const Task&, int) {}
+  void ends(const Task&, int) {}
+};
+
+/// Records the work of each contact, as `record_work` in kernel_packs.cpp does.
+struct Record {
+  energy::WorkRecord& to;
+
+  static double share(const Task& task, int entry)
+  {
+    return task.pairs.other[entry] < task.particles.nlocal ? 1.0 : 0.5;
+  }
+
+  /// Return the numbers as single precision keeps them, in an array too.
+  static Vector3<double> keep(const Vector3<double>& from, float (&numbers)[3])
+  {
+    numbers[0] = static_cast<float>(from.x);
+    numbers[1] = static_cast<float>(from.y);
+    numbers[2] = static_cast<float>(from.z);
+    return energy::vector_of(numbers);
+  }
+
+  void contact(const Task& task, int entry, const contact::BallPair<double>& pair,
+               const contact::Contact<double>& contact, const contact::ContactForce<double>& result)
+  {
+    energy::ContactWork& work = to.of_entry[entry];
+    const auto before =
+        energy::powers_of_kept(energy::vector_of(work.force), energy::vector_of(work.torque), pair,
+                               contact.inverse_distance, task.step.dt);
+    const Vector3<double> force = result.force - result.elastic_force * contact.normal;
+    const Vector3<double>& torque = result.rolling_torque;
+    const Vector3<double> kept_force = keep(force, work.force);
+    const Vector3<double> kept_torque = keep(torque, work.torque);
+    const auto now = energy::powers_of_loads(force + (force - kept_force),
+                                             torque + (torque - kept_torque), contact);
+    for (int cause = 0; cause < energy::causes; ++cause) {
+      const double done = -to.half_step * (before.of[cause] + now.of[cause]);
+      work.dissipated += done;
+      to.work[cause][0] += share(task, entry) * done;
+    }
+  }
+  void begins(const Task& task, int entry) { to.begin(entry, pair_of(task, entry)); }
+  void ends(const Task& task, int entry)
+  {
+    to.end(entry, task.pairs.own[entry], task.pairs.other[entry], share(task, entry),
+           pair_of(task, entry));
+  }
+};
+
+template <class BudgetOrNone, class RecordOrNone>
+void evaluate_contact(const Task& task, int entry, double* displacement, BudgetOrNone budget,
+                      RecordOrNone record)
+{
+  const int i = task.pairs.own[entry], j = task.pairs.other[entry];
+  const neighbor::Particles& particles = task.particles;
+  const Rows& rows = *task.rows;
+  const contact::BallPair<double> pair = pair_of(task, entry);
   const auto& law =
       task.laws.of_types[(particles.type[i] - 1) * task.laws.types + particles.type[j] - 1];
   const auto contact = contact::contact_of(pair);
@@ -185,7 +182,7 @@ void evaluate_all(const Task& task, BudgetOrNone budget, RecordOrNone record)
     if (dot(separation, separation) < radii * radii) {
       if (!touching) {
         displacement[0] = displacement[1] = displacement[2] = 0.0;
-        record.begins(entry);
+        record.begins(task, entry);
       }
       touching = 1;
       raise_overlap(task, radii, separation);

@@ -18,15 +18,15 @@ using Tags = std::vector<int>;
 
 /// What a contact remembers, on i.
 struct Remembered {
-  const double* displacement;                 ///< tangential [m]
-  const energy::ContactWork* work = nullptr;  ///< null if it is not known
+  const double* displacement;     ///< tangential [m]
+  energy::CarriedWork carried{};  ///< none if it is not known
 };
 
-/// Return the work of a contact, none if it is not known. sign: -1 to exchange i and j.
-inline energy::ContactWork work_on(const Remembered& known, double sign)
+/// Return the work of a contact. sign: -1 to exchange i and j.
+inline energy::CarriedWork work_on(const Remembered& known, double sign)
 {
-  if (!known.work) return {};
-  return sign > 0.0 ? *known.work : energy::seen_from_j(*known.work);
+  if (sign > 0.0) return known.carried;
+  return {energy::seen_from_j(known.carried.work), known.carried.available};
 }
 
 /// Set what a contact remembers. sign: -1 if it is known on j.
@@ -36,14 +36,18 @@ inline void remember(PairList& list, int entry, const Remembered& known, double 
   for (int d = 0; d < 3; ++d)
     list.displacement[3 * static_cast<std::size_t>(entry) + d] = sign * known.displacement[d];
   if (!list.records_work) return;
-  list.work[entry] = work_on(known, sign);
+  const energy::CarriedWork carried = work_on(known, sign);
+  list.work[entry] = carried.work;
+  list.available[entry] = carried.available;
 }
 
 /// Return what the contact of an entry remembers.
 inline Remembered remembered(const PairList& list, int entry)
 {
-  return {&list.displacement[3 * static_cast<std::size_t>(entry)],
-          list.work.empty() ? nullptr : &list.work[entry]};
+  Remembered known{&list.displacement[3 * static_cast<std::size_t>(entry)]};
+  if (list.records_work && !list.work.empty())
+    known.carried = {list.work[entry], list.available[entry]};
+  return known;
 }
 
 /// Restore the contact history between i and the particle with this tag. Return true if the pair is

@@ -24,6 +24,7 @@ struct PairList {
                                      ///< contact [m]; anything else of others
   bool records_work = false;         ///< the work of contacts is recorded
   std::vector<energy::ContactWork> work;  ///< of pairs in contact, if recorded
+  std::vector<double> available;  ///< energy of the approach [J], of pairs in contact, if recorded
 
   int nlocal() const { return static_cast<int>(first.size()); }
 
@@ -35,7 +36,9 @@ struct PairList {
       other.resize(count + count / 4);
       displacement.resize(3 * other.size());
     }
-    if (records_work && work.size() < other.size()) work.resize(other.size());
+    if (!records_work || work.size() >= other.size()) return;
+    work.resize(other.size());
+    available.resize(other.size());
   }
 };
 

@@ -20,16 +20,16 @@
 
 using namespace LAMMPS_NS;
 using namespace FixConst;
+namespace contact = millscale::contact;
 namespace energy = millscale::energy;
 namespace kernels = millscale::kernels;
 
 namespace {
 
-constexpr double layout = 1.0;  // of restart files
+constexpr double layout = 2.0;  // of restart files
 constexpr int first_slot = 16;  // numbers: two cache lines
 constexpr int slot_size = energy::WallContactWork::numbers;
 static_assert(sizeof(energy::WallContactWork) == slot_size * sizeof(double));
-static_assert(sizeof(energy::ContactWork) == energy::ContactWork::numbers * sizeof(double));
 
 double dot(const double* a, const double* b)
 {
@@ -105,18 +105,23 @@ void FixMillImpacts::setup(int)
     open_window();
 }
 
-energy::WorkRecord* FixMillImpacts::begin_balls(millscale::neighbor::PairList& list, bool moves)
+energy::WorkRecord* FixMillImpacts::begin_balls(millscale::neighbor::PairList& list,
+                                                const kernels::Laws& laws, bool moves)
 {
   list_ = &list;
+  laws_ = laws;
   if (!moves && forces_carried_) return nullptr;
   if (static_cast<int>(ended_.size()) < list.entries) ended_.resize(list.entries);
-  record_ = {list.work.data(), ended_.data(), 0, moves ? 0.5 * update->dt : 0.0, 0.0};
+  record_ = {list.work.data(), list.available.data(), ended_.data(), 0,
+             moves ? 0.5 * update->dt : 0.0};
   return &record_;
 }
 
 void FixMillImpacts::end_balls()
 {
-  sums_.totals[energy::ball_ball].work += record_.total;
+  for (const energy::Cause cause :
+       {energy::by_normal_damping, energy::by_tangential_force, energy::by_rolling})
+    sums_.totals[energy::ball_ball].work += record_.total(cause);
   for (int k = 0; k < record_.count; ++k) {
     const energy::EndedContact& contact = ended_[k];
     end_contact(energy::ball_ball, classes_.of_balls(atom->type[contact.i], atom->type[contact.j]),
@@ -186,6 +191,31 @@ void FixMillImpacts::record_wall(int i, const OnWall& on)
   }
 }
 
+/// Return what this rank counts of the contact of an entry.
+double FixMillImpacts::share_of(int entry) const
+{
+  return list_->other[entry] < atom->nlocal ? 1.0 : 0.5;
+}
+
+/// Call visit(entry) for each contact of balls.
+template <class Visit>
+void FixMillImpacts::for_each_open(const Visit& visit) const
+{
+  for (int entry = 0; list_ && entry < list_->entries; ++entry)
+    if (list_->touching[entry]) visit(entry);
+}
+
+/// Return what the tangential spring of the contact of an entry stores [J].
+double FixMillImpacts::stored(int entry) const
+{
+  const int i = list_->own[entry], j = list_->other[entry];
+  const auto& law = laws_.of_types[(atom->type[i] - 1) * laws_.types + atom->type[j] - 1];
+  const double* displacement = &list_->displacement[3 * static_cast<std::size_t>(entry)];
+  return contact::tangential_energy(law, atom->radius[i], atom->radius[j],
+                                    millscale::vector3(atom->x[i]) - millscale::vector3(atom->x[j]),
+                                    millscale::vector3(displacement));
+}
+
 /// Return what lasts of this rank's contacts.
 FixMillImpacts::Open FixMillImpacts::open_contacts() const
 {
@@ -195,12 +225,9 @@ FixMillImpacts::Open FixMillImpacts::open_contacts() const
     open.dissipated[p] += share * (dissipated - stored);
     open.stored[p] += share * stored;
   };
-  for (int entry = 0; list_ && entry < list_->entries; ++entry)
-    if (list_->touching[entry]) {
-      const energy::ContactWork& work = list_->work[entry];
-      add(energy::ball_ball, work.dissipated, work.stored,
-          list_->other[entry] < atom->nlocal ? 1.0 : 0.5);
-    }
+  for_each_open([&](int entry) {
+    add(energy::ball_ball, list_->work[entry].dissipated, stored(entry), share_of(entry));
+  });
   for (int i = 0; i < atom->nlocal; ++i)
     for (int s = 0; s < wall_slots && wall_slot(i, s)->open != 0.0; ++s)
       add(energy::ball_wall, wall_slot(i, s)->dissipated, wall_slot(i, s)->stored, 1.0);
@@ -220,14 +247,19 @@ FixMillImpacts::Pairings FixMillImpacts::half_kick() const
     return by_mass * dot(force, atom->f[i]) + by_inertia * dot(torque, atom->torque[i]);
   };
   Pairings sum{};
-  for (int entry = 0; list_ && entry < list_->entries; ++entry)
-    if (list_->touching[entry]) {
-      const energy::ContactWork& work = list_->work[entry];
-      const int i = list_->own[entry], j = list_->other[entry];
-      sum[energy::ball_ball] += power(i, work.force, work.torque_i);
-      const energy::ContactWork on_j = energy::seen_from_j(work);
-      if (j < atom->nlocal) sum[energy::ball_ball] += power(j, on_j.force, on_j.torque_i);
-    }
+  for_each_open([&](int entry) {
+    const int i = list_->own[entry], j = list_->other[entry];
+    const energy::ContactWork& work = list_->work[entry];
+    const auto separation = millscale::vector3(atom->x[i]) - millscale::vector3(atom->x[j]);
+    const auto add = [&](int ball, const energy::LoadOnBall& load) {
+      sum[energy::ball_ball] += power(ball, millscale::to_array(load.force).data(),
+                                      millscale::to_array(load.torque).data());
+    };
+    add(i, energy::load_on_i(work, separation, atom->radius[i], atom->radius[j]));
+    if (j >= atom->nlocal) return;
+    const auto back = -1.0 * separation;
+    add(j, energy::load_on_i(energy::seen_from_j(work), back, atom->radius[j], atom->radius[i]));
+  });
   for (int i = 0; i < atom->nlocal; ++i)
     for (int s = 0; s < wall_slots && wall_slot(i, s)->open != 0.0; ++s)
       sum[energy::ball_wall] += power(i, wall_slot(i, s)->force, wall_slot(i, s)->torque);
@@ -239,13 +271,10 @@ FixMillImpacts::Pairings FixMillImpacts::half_kick() const
 void FixMillImpacts::begin()
 {
   window_.begun = 1.0;
-  for (int entry = 0; list_ && entry < list_->entries; ++entry)
-    if (list_->touching[entry]) {
-      energy::ContactWork& work = list_->work[entry];
-      work.dissipated = work.stored;
-      sums_.totals[energy::ball_ball].work +=
-          (list_->other[entry] < atom->nlocal ? 1.0 : 0.5) * work.stored;
-    }
+  for_each_open([&](int entry) {
+    const double energy = list_->work[entry].dissipated = stored(entry);
+    sums_.totals[energy::ball_ball].work += share_of(entry) * energy;
+  });
   for (int i = 0; i < atom->nlocal; ++i)
     for (int s = 0; s < wall_slots && wall_slot(i, s)->open != 0.0; ++s) {
       wall_slot(i, s)->dissipated = wall_slot(i, s)->stored;
@@ -260,6 +289,13 @@ void FixMillImpacts::open_window()
   window_.first_time = window_.last_time = mill_fix_->mill_time();
   sums_.at_begin = open_contacts();
   for (int p = 0; p < energy::pairings; ++p) sums_.work_at_begin[p] = sums_.totals[p].work;
+}
+
+/// The window opens and ends with what the contacts store, by the engine's positions.
+bool FixMillImpacts::needs_arrays() const
+{
+  if (window_.written != 0.0) return false;
+  return mill_fix_->mill_angle() >= (window_.open == 0.0 ? from_ : to_);
 }
 
 void FixMillImpacts::end_of_step()
@@ -448,15 +484,15 @@ void FixMillImpacts::forget_kept()
   any_kept_ = false;
 }
 
-void FixMillImpacts::keep(int i, const energy::ContactWork& work)
+void FixMillImpacts::keep(int i, const energy::CarriedWork& work)
 {
   kept_[i].push_back(work);
   any_kept_ = true;
 }
 
-const energy::ContactWork* FixMillImpacts::kept(int i, int k) const
+energy::CarriedWork FixMillImpacts::kept(int i, int k) const
 {
-  return k < static_cast<int>(kept_[i].size()) ? &kept_[i][k] : nullptr;
+  return k < static_cast<int>(kept_[i].size()) ? kept_[i][k] : energy::CarriedWork{};
 }
 
 double FixMillImpacts::memory_usage()
@@ -488,9 +524,9 @@ int FixMillImpacts::pack_exchange(int i, double* buffer)
 {
   double* to = buffer + FixPerBallRows::pack_exchange(i, buffer);
   *to++ = static_cast<double>(kept_[i].size());
-  for (const energy::ContactWork& work : kept_[i]) {
+  for (const energy::CarriedWork& work : kept_[i]) {
     std::memcpy(to, &work, sizeof work);
-    to += energy::ContactWork::numbers;
+    to += energy::CarriedWork::numbers;
   }
   return static_cast<int>(to - buffer);
 }
@@ -500,9 +536,9 @@ int FixMillImpacts::unpack_exchange(int i, double* buffer)
   const double* from = buffer + FixPerBallRows::unpack_exchange(i, buffer);
   kept_[i].resize(static_cast<std::size_t>(*from++));
   any_kept_ |= !kept_[i].empty();
-  for (energy::ContactWork& work : kept_[i]) {
+  for (energy::CarriedWork& work : kept_[i]) {
     std::memcpy(&work, from, sizeof work);
-    from += energy::ContactWork::numbers;
+    from += energy::CarriedWork::numbers;
   }
   return static_cast<int>(from - buffer);
 }
@@ -510,7 +546,7 @@ int FixMillImpacts::unpack_exchange(int i, double* buffer)
 int FixMillImpacts::size_restart(int i)
 {
   return FixPerBallRows::size_restart(i) + 1 +
-         energy::ContactWork::numbers * static_cast<int>(kept_[i].size());
+         energy::CarriedWork::numbers * static_cast<int>(kept_[i].size());
 }
 
 int FixMillImpacts::maxsize_restart()

@@ -7,6 +7,7 @@
 #include "core/energy/contact_work.h"
 #include "core/energy/energy_budget.h"
 #include "core/energy/impact_sums.h"
+#include "core/kernels/kernel.h"
 #include "core/kernels/wall.h"
 #include "core/liner/contacts.h"
 #include "core/neighbor/pair_list.h"
@@ -33,7 +34,7 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
   void init() override;
   void setup(int) override;
   void end_of_step() override;
-  bool needs_arrays() const override { return false; }
+  bool needs_arrays() const override;
   void end_step(const millscale::kernels::Advanced&) override { end_of_step(); }
   void post_run() override;
   double compute_vector(int) override;
@@ -52,8 +53,9 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
   int maxsize_restart() override;
 
   /// Return where the kernel records the contacts of the list at this step; null if it shall not,
-  /// after a restart. moves: false at set-up.
-  millscale::energy::WorkRecord* begin_balls(millscale::neighbor::PairList&, bool moves);
+  /// after a restart. laws: of the contacts, beyond the step. moves: false at set-up.
+  millscale::energy::WorkRecord* begin_balls(millscale::neighbor::PairList&,
+                                             const millscale::kernels::Laws& laws, bool moves);
   /// Add what the kernel recorded to the sums.
   void end_balls();
 
@@ -72,11 +74,11 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
 
   // The contacts of balls that leave their rank, in the order of the engine's histories.
 
-  static constexpr int exchanged_numbers = millscale::energy::ContactWork::numbers;
+  static constexpr int exchanged_numbers = millscale::energy::CarriedWork::numbers;
   void forget_kept();
-  void keep(int i, const millscale::energy::ContactWork&);
-  /// Return contact k of ball i; null if there is none.
-  const millscale::energy::ContactWork* kept(int i, int k) const;
+  void keep(int i, const millscale::energy::CarriedWork&);
+  /// Return contact k of ball i; none if it is not known.
+  millscale::energy::CarriedWork kept(int i, int k) const;
 
  private:
   using Pairings = std::array<double, millscale::energy::pairings>;
@@ -103,6 +105,10 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
   millscale::energy::WallContactWork* wall_slot(int i, int slot) const;
   void end_contact(millscale::energy::Pairing, int impact_class, double dissipated,
                    double available, double share);
+  double share_of(int entry) const;
+  double stored(int entry) const;
+  template <class Visit>
+  void for_each_open(const Visit&) const;
   Open open_contacts() const;
   Pairings half_kick() const;
   void begin();
@@ -128,9 +134,10 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
   Pairings last_kick_{};         ///< of the end of the last run
 
   millscale::neighbor::PairList* list_ = nullptr;  ///< of the pair style
+  millscale::kernels::Laws laws_{};                ///< of the same
   millscale::energy::WorkRecord record_{};
   std::vector<millscale::energy::EndedContact> ended_;
-  std::vector<std::vector<millscale::energy::ContactWork>> kept_;
+  std::vector<std::vector<millscale::energy::CarriedWork>> kept_;
   bool any_kept_ = false;
 
   bigint published_step_ = -1;

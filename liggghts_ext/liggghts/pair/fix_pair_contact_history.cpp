@@ -123,7 +123,9 @@ void FixPairContactHistory::record_work(FixMillImpacts* impacts)
   impacts_ = impacts;
   for (neighbor::PairList* list : {&list_, &old_list_}) {
     list->records_work = impacts != nullptr;
-    if (!impacts) list->work = {};
+    if (impacts) continue;
+    list->work = {};
+    list->available = {};
   }
 }
 
@@ -150,7 +152,9 @@ void FixPairContactHistory::take_over_history(const neighbor::Particles& particl
     for (int k = 0; k < npartner_[i]; ++k)
       neighbor::restore_history(
           list_, particles, atom->tag, i, partner_[i][k],
-          {&contacthistory_[i][dnum_ * k], impacts_ ? impacts_->kept(i, k) : nullptr}, 1.0);
+          {&contacthistory_[i][dnum_ * k],
+           impacts_ ? impacts_->kept(i, k) : millscale::energy::CarriedWork{}},
+          1.0);
   in_use_ = true;
   tag_.assign(atom->tag, atom->tag + particles.total());
   std::iota(index_in_list_.begin(), index_in_list_.begin() + particles.nlocal, 0);

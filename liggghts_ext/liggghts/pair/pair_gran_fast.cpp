@@ -282,7 +282,7 @@ void PairGranFast::compute_force(PairGran*, int eflag, int vflag, int addflag)
               reinterpret_cast<double(*)[3]>(atom->torque[0]),
               damping_ ? damping_->up_to_date() : nullptr};
   if (impacts_ && now.particles.nlocal > 0)
-    now.record = impacts_->begin_balls(history_->list(), now.step.advance);
+    now.record = impacts_->begin_balls(history_->list(), now.laws, now.step.advance);
   if (now.particles.nlocal > 0 && ledger_)
     kernels::evaluate_with_budget(now, ledger_->between_balls());
   else if (now.particles.nlocal > 0)
@@ -312,7 +312,7 @@ void PairGranFast::evaluate_rows()
   const kernels::Rows rows = rows_->store.rows();
   if (atom->nlocal == 0) return;
   kernels::Task now = task(rows);
-  if (impacts_) now.record = impacts_->begin_balls(history_->list(), true);
+  if (impacts_) now.record = impacts_->begin_balls(history_->list(), now.laws, true);
   (mixed_ ? kernel_->evaluate_rows_mixed : kernel_->evaluate_rows)(now);
   if (impacts_) impacts_->end_balls();
 }
