@@ -12,25 +12,87 @@ namespace {
 
 constexpr int width = Doubles::lanes;  ///< entries examined together
 
+constexpr int part = 128;  ///< entries of the list
+constexpr int room = part + 2 * 2 * Singles::lanes + width;
+
+/// Where the contacts of a step differ from those of the step before. Both follow the list, so that
+/// number n of this step is mostly number n plus a constant of the step before.
+class Splices {
+ public:
+  int before = 0;  ///< contacts of the step before among the entries found so far
+
+  /// A contact begins, number n of this step; one ends that was before number n.
+  void begin(int n) { at(n).begins = true; }
+  void end(int n) { ++at(n).skipped; }
+
+  /// Return whether the next `count` contacts, from number n on, all were contacts of the step
+  /// before, one after the other.
+  bool none(int n, int count) const { return next_ == all_ || splice_[next_].n >= n + count; }
+
+  /// Use up the next `count` contacts of the step before; return the number of the first.
+  int use(int count)
+  {
+    const int first = used_;
+    used_ += count;
+    return first;
+  }
+
+  static constexpr int no_contact = -1;
+
+  /// Return the number that contact n had in the step before, or `no_contact`.
+  int use_for(int n)
+  {
+    const bool here = next_ < all_ && splice_[next_].n == n;
+    if (!here) return used_++;
+    const Splice& splice = splice_[next_++];
+    used_ += splice.skipped;
+    return splice.begins ? no_contact : used_++;
+  }
+
+  void drop_used()
+  {
+    for (int k = next_; k < all_; ++k) splice_[k - next_] = splice_[k];
+    all_ -= next_;
+    next_ = 0;
+  }
+
+ private:
+  struct Splice {
+    int n, skipped;
+    bool begins;
+  };
+
+  Splice& at(int n)
+  {
+    if (all_ == 0 || splice_[all_ - 1].n != n) splice_[all_++] = {n, 0, false};
+    return splice_[all_ - 1];
+  }
+
+  int used_ = 0;            ///< contacts of the step before
+  int next_ = 0, all_ = 0;  ///< splices
+  Splice splice_[room + 1];
+};
+
 /// Contacts of a part of the list, in columns.
 struct Found {
-  static constexpr int part = 128;  ///< entries
-  static constexpr int room = part + 2 * 2 * Singles::lanes + width;
   alignas(64) double x[room], y[room], z[room];  ///< of the separation [m]
   alignas(64) double minus_radii[room];          ///< minus the sum of the radii [m]
   alignas(64) unsigned displacement[room];       ///< index of its first component
-  alignas(64) Ball entry[room];                  ///< times eight, if the work is recorded
   alignas(64) Ball i[room], j[room];
   int count = 0;
+  int evaluated = 0;  ///< contacts of the step before the first one here
+  Splices splices;    ///< if the work is recorded
 
   /// Drop the first contacts.
   void drop(int dropped)
   {
     count -= dropped;
+    evaluated += dropped;
+    splices.drop_used();
     for (int k = 0; k < count; k += width) {
       for (double* column : {x, y, z, minus_radii})
         __builtin_memcpy(column + k, column + k + dropped, width * sizeof(double));
-      for (unsigned* column : {displacement, entry, i, j})
+      for (unsigned* column : {displacement, i, j})
         __builtin_memcpy(column + k, column + k + dropped, width * sizeof(unsigned));
     }
   }
@@ -40,7 +102,7 @@ struct Found {
   {
     for (int k = count; k < lanes; ++k) {
       for (double* column : {x, y, z, minus_radii}) column[k] = column[0];
-      for (unsigned* column : {displacement, entry, i, j}) column[k] = column[0];
+      for (unsigned* column : {displacement, i, j}) column[k] = column[0];
     }
   }
 };
@@ -78,18 +140,19 @@ inline contact::BallPair<double> pair_of(const Task& task, std::size_t entry)
   return pair;
 }
 
-/// Record the end of a contact.
-inline void end_contact(const Task& task, std::size_t entry)
+/// Record the end of a contact, number k of the step before.
+inline void end_contact(const Task& task, std::size_t entry, int k)
 {
   const int j = task.pairs.other[entry];
-  task.record->end(static_cast<int>(entry), task.pairs.own[entry], j,
+  task.record->end(static_cast<int>(entry), k, task.pairs.own[entry], j,
                    j < task.particles.nlocal ? 1.0 : 0.5, pair_of(task, entry));
 }
 
 /// Set which of the pairs from `entry` on are in contact, and clear the history of contacts that
 /// begin. That of pairs not in contact is never read.
 [[gnu::flatten, gnu::noinline]] inline void change_contacts(const Task& task, int entry,
-                                                            unsigned before, unsigned now)
+                                                            unsigned before, unsigned now,
+                                                            Found& found)
 {
   const unsigned kept = task.step.reset_on_separation ? now : now | before;
   for (int lane = 0; lane < width; ++lane) {
@@ -98,9 +161,18 @@ inline void end_contact(const Task& task, std::size_t entry)
     const bool begins = (now & ~before) >> lane & 1, ends = (before & ~now) >> lane & 1;
     if (begins)
       for (int d = 0; d < 3; ++d) task.pairs.displacement[3 * pair + d] = 0.0;
-    if (!task.record) continue;
-    if (ends) end_contact(task, pair);
-    if (begins) task.record->begin(static_cast<int>(pair), pair_of(task, pair));
+    if (!task.record || begins == ends) continue;
+    const auto earlier = [lane](unsigned of) {
+      return __builtin_popcount(of & ((1u << lane) - 1));
+    };
+    const int number = found.evaluated + found.count + earlier(now);
+    if (begins) {
+      task.record->begin(static_cast<int>(pair), pair_of(task, pair));
+      found.splices.begin(number);
+    } else {
+      end_contact(task, pair, found.splices.before + earlier(before));
+      found.splices.end(number);
+    }
   }
 }
 
@@ -116,14 +188,14 @@ inline void find(const Task& task, int entry, int count, Found& found)
   unsigned now = positive(excess(pair.xyz, pair.fourth));
   if (count < width) now &= (1u << count) - 1;
   const unsigned before = nonzero(ints(task.pairs.touching + entry));
-  if (__builtin_expect(before != now, false)) change_contacts(task, entry, before, now);
+  if (__builtin_expect(before != now, false)) change_contacts(task, entry, before, now, found);
   const int at = found.count;
   store_chosen(found.x + at, now, pair.xyz.x);
   store_chosen(found.y + at, now, pair.xyz.y);
   store_chosen(found.z + at, now, pair.xyz.z);
   store_chosen(found.minus_radii + at, now, pair.fourth);
   store_chosen(found.displacement + at, now, ints_from(3 * entry, 3));
-  if constexpr (recorded) store_chosen(found.entry + at, now, ints_from(8 * entry, 8));
+  if constexpr (recorded) found.splices.before += __builtin_popcount(before);
   store_chosen(found.i + at, now, balls(ints(i)));
   store_chosen(found.j + at, now, balls(ints(j)));
   found.count = at + __builtin_popcount(now);
@@ -133,8 +205,7 @@ inline void find(const Task& task, int entry, int count, Found& found)
 template <bool recorded>
 [[gnu::flatten, gnu::noinline]] void find_part(const Task& task, int begin, Found& found)
 {
-  const int end =
-      begin + Found::part < task.pairs.entries ? begin + Found::part : task.pairs.entries;
+  const int end = begin + part < task.pairs.entries ? begin + part : task.pairs.entries;
   for (int entry = begin; entry < end; entry += width)
     find<recorded>(task, entry, task.pairs.entries - entry, found);
 }
@@ -165,7 +236,7 @@ template <int lanes, bool recorded, class Prefetch, class Evaluate>
 inline void for_each_pack(const Task& task, const Prefetch& prefetch, const Evaluate& evaluate)
 {
   Found found;
-  for (int begin = 0; begin < task.pairs.entries; begin += Found::part) {
+  for (int begin = 0; begin < task.pairs.entries; begin += part) {
     find_part<recorded>(task, begin, found);
     if (task.largest_overlap) raise_overlap(found, *task.largest_overlap);
     int k = 0;

@@ -116,12 +116,36 @@ inline void store_at(const Address& address, int count, const Vector3<Half>& v)
 }
 
 template <class Half>
+inline Two<Half> as_kept(const Two<Half>& a)
+{
+  return {as_kept(a.first), as_kept(a.second)};
+}
+template <class Half>
 inline Vector3<Two<Half>> as_kept(const Vector3<Two<Half>>& v)
 {
-  const auto kept = [](const Two<Half>& a) {
-    return Two<Half>{as_kept(a.first), as_kept(a.second)};
-  };
-  return {kept(v.x), kept(v.y), kept(v.z)};
+  return {as_kept(v.x), as_kept(v.y), as_kept(v.z)};
+}
+
+/// What the contacts of a pack kept, gathered one by one.
+struct Gathered {
+  float loads[6][2 * Singles::lanes];
+  double dissipated[2 * Singles::lanes];
+
+  energy::WorkColumns columns()
+  {
+    return {{loads[0], loads[1], loads[2]}, {loads[3], loads[4], loads[5]}, dissipated};
+  }
+};
+
+/// Gather what the next `count` contacts kept, from number n on.
+[[gnu::flatten, gnu::noinline]] inline void gather(const energy::WorkColumns& from,
+                                                   Splices& splices, int n, int count, Gathered& to)
+{
+  __builtin_memset(&to, 0, sizeof to);
+  for (int lane = 0; lane < count; ++lane) {
+    const int k = splices.use_for(n + lane);
+    if (k != Splices::no_contact) to.columns().set(lane, from.get(k));
+  }
 }
 
 /// Record the loads of the first `count` of a pack of contacts, and the work against the loads of
@@ -129,58 +153,70 @@ inline Vector3<Two<Half>> as_kept(const Vector3<Two<Half>>& v)
 /// in two half steps. The loads are kept in single precision. What they lose is counted here, so
 /// that only the change of the velocity until the next step meets the rounding.
 template <class Half>
-inline void record_work(const Task& task, const Found& found, int first, int count,
+inline void record_work(const Task& task, Found& found, int first, int count,
                         const contact::BallPair<Two<Half>>& pair,
                         const contact::Contact<Two<Half>>& contact,
                         const contact::ContactForce<Two<Half>>& result)
 {
   using Number = Two<Half>;
-  constexpr int parts = Half::lanes / width;
   energy::WorkRecord& record = *task.record;
-  const auto before = [&](int k) { return works(record.of_entry, found.entry + k, Half{}); };
-  auto first_half = before(first), second_half = before(first + Half::lanes);
-  const auto of_before = energy::powers_of_kept(two(first_half.force, second_half.force),
-                                                two(first_half.torque, second_half.torque), pair,
-                                                contact.inverse_distance, task.step.dt);
+  const int n = found.evaluated + first;
+  Gathered gathered;
+  energy::WorkColumns before = record.before;
+  int at = 0;
+  if (__builtin_expect(found.splices.none(n, count), true)) {
+    at = found.splices.use(count);
+  } else {
+    gather(record.before, found.splices, n, count, gathered);
+    before = gathered.columns();
+  }
+  const auto column = [&](const float* all) {
+    return two(from_singles(all + at, Half{}), from_singles(all + at + Half::lanes, Half{}));
+  };
+  const auto vector = [&](float* const* all) {
+    return Vector3<Number>{column(all[0]), column(all[1]), column(all[2])};
+  };
+  const auto of_kept = energy::powers_of_kept(vector(before.force), vector(before.torque), pair,
+                                              contact.inverse_distance, task.step.dt);
   const Vector3<Number> force = subtract_scaled(result.force, result.elastic_force, contact.normal);
   const Vector3<Number>& torque = result.rolling_torque;
   const Vector3<Number> kept_force = as_kept(force), kept_torque = as_kept(torque);
-  const auto now = energy::powers_of_loads(force + (force - kept_force),
-                                           torque + (torque - kept_torque), contact);
-  Number done[energy::causes];
-  for (int cause = 0; cause < energy::causes; ++cause)
-    done[cause] = Number(-record.half_step) * Number(of_before.of[cause] + now.of[cause]);
+  const auto of_now = energy::powers_of_loads(force + (force - kept_force),
+                                              torque + (torque - kept_torque), contact);
+  const Number done = Number(-record.half_step) * Number((of_kept.of_force + of_now.of_force) +
+                                                         (of_kept.of_torque + of_now.of_torque));
   // Sums over time are in double precision.
   const Ball ghosts = 8u * static_cast<Ball>(task.particles.nlocal);
-  const auto add = [&](auto& works, int half, const auto& of_half) {
-    for (int p = 0; p < parts; ++p) {
-      const int lane = half * Half::lanes + p * width;
-      const Doubles share = shares(found.j + first + lane, ghosts, count - lane);
-      Doubles sum = works.dissipated[p];
-      for (int cause = 0; cause < energy::causes; ++cause) {
-        const Doubles work = part(of_half(done[cause]), p);
-        double* const total = record.work[cause] + lane % energy::WorkRecord::lanes;
-        store_numbers(total, from_doubles<Doubles>(total) + share * work);
-        sum = sum + work;
-      }
-      works.dissipated[p] = sum;
+  const auto add = [&](const Half& of_half, int begin) {
+    for (int p = 0; p < Half::lanes / width; ++p) {
+      const int lane = begin + p * width;
+      const Doubles work = in_doubles(of_half, p);
+      store_numbers(record.now.dissipated + n + lane,
+                    from_doubles<Doubles>(before.dissipated + at + lane) + work);
+      double* const total = record.work + lane % energy::WorkRecord::lanes;
+      store_numbers(total, from_doubles<Doubles>(total) +
+                               shares(found.j + first + lane, ghosts, count - lane) * work);
     }
   };
-  add(first_half, 0, [](const Number& a) { return a.first; });
-  add(second_half, 1, [](const Number& a) { return a.second; });
-  first_half.force = first_of(kept_force);
-  first_half.torque = first_of(kept_torque);
-  store_works(record.of_entry, found.entry + first, count, first_half);
-  if (count <= Half::lanes) return;
-  second_half.force = second_of(kept_force);
-  second_half.torque = second_of(kept_torque);
-  store_works(record.of_entry, found.entry + first + Half::lanes, count - Half::lanes, second_half);
+  add(done.first, 0);
+  add(done.second, Half::lanes);
+  const auto store = [&](float* const* to, const Vector3<Number>& v) {
+    const auto store_column = [&](float* all, const Number& numbers) {
+      store_numbers(all + n, numbers.first);
+      store_numbers(all + n + Half::lanes, numbers.second);
+    };
+    store_column(to[0], v.x);
+    store_column(to[1], v.y);
+    store_column(to[2], v.z);
+  };
+  store(record.now.force, kept_force);
+  store(record.now.torque, kept_torque);
 }
 
 /// Evaluate the first `count` of a pack of contacts. `usual` fixes the terms of the law that decks
 /// have as a rule.
 template <class Half, bool usual, bool limited, bool recorded>
-[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, const Found& found, int first,
+[[gnu::flatten, gnu::noinline]] void evaluate_pack(const Task& task, Found& found, int first,
                                                    int count, const Law<Two<Half>>& law)
 {
   constexpr bool single = std::is_same_v<Half, Singles>;
@@ -224,12 +260,9 @@ inline void evaluate_list(const Task& task)
           const Ball j = found.j[first + lane];
           __builtin_prefetch(&row_of(velocity, j));
           __builtin_prefetch(&row_of(force, j), 1);
-          if constexpr (recorded) {
-            __builtin_prefetch(&row_of(task.record->of_entry, found.entry[first + lane]), 1);
-          }
         }
       },
-      [&](const Found& found, int first, int count) {
+      [&](Found& found, int first, int count) {
         if (laws.only_type == 0) law = gathered_law<Half>(task, found, first);
         evaluate_pack<Half, usual, limited, recorded>(task, found, first, count, law);
       });

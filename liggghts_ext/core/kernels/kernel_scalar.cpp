@@ -79,6 +79,8 @@ struct NoRecord {
 /// Records the work of each contact, as `record_work` in kernel_packs.cpp does.
 struct Record {
   energy::WorkRecord& to;
+  int before = 0, now = 0;  ///< contacts of the step before, and of this one, among those seen
+  bool begun = false;       ///< the contact to come begins
 
   static double share(const Task& task, int entry)
   {
@@ -97,33 +99,39 @@ struct Record {
   void contact(const Task& task, int entry, const contact::BallPair<double>& pair,
                const contact::Contact<double>& contact, const contact::ContactForce<double>& result)
   {
-    energy::ContactWork& work = to.of_entry[entry];
-    const auto before =
+    energy::ContactWork work{};
+    if (!begun) work = to.before.get(before++);
+    begun = false;
+    const auto of_kept =
         energy::powers_of_kept(energy::vector_of(work.force), energy::vector_of(work.torque), pair,
                                contact.inverse_distance, task.step.dt);
     const Vector3<double> force = result.force - result.elastic_force * contact.normal;
     const Vector3<double>& torque = result.rolling_torque;
     const Vector3<double> kept_force = keep(force, work.force);
     const Vector3<double> kept_torque = keep(torque, work.torque);
-    const auto now = energy::powers_of_loads(force + (force - kept_force),
-                                             torque + (torque - kept_torque), contact);
-    for (int cause = 0; cause < energy::causes; ++cause) {
-      const double done = -to.half_step * (before.of[cause] + now.of[cause]);
-      work.dissipated += done;
-      to.work[cause][0] += share(task, entry) * done;
-    }
+    const auto of_now = energy::powers_of_loads(force + (force - kept_force),
+                                                torque + (torque - kept_torque), contact);
+    const double done =
+        -to.half_step * (of_kept.of_force + of_now.of_force + of_kept.of_torque + of_now.of_torque);
+    work.dissipated += done;
+    to.work[0] += share(task, entry) * done;
+    to.now.set(now++, work);
   }
-  void begins(const Task& task, int entry) { to.begin(entry, pair_of(task, entry)); }
+  void begins(const Task& task, int entry)
+  {
+    begun = true;
+    to.begin(entry, pair_of(task, entry));
+  }
   void ends(const Task& task, int entry)
   {
-    to.end(entry, task.pairs.own[entry], task.pairs.other[entry], share(task, entry),
+    to.end(entry, before++, task.pairs.own[entry], task.pairs.other[entry], share(task, entry),
            pair_of(task, entry));
   }
 };
 
 template <class BudgetOrNone, class RecordOrNone>
 void evaluate_contact(const Task& task, int entry, double* displacement, BudgetOrNone budget,
-                      RecordOrNone record)
+                      RecordOrNone& record)
 {
   const int i = task.pairs.own[entry], j = task.pairs.other[entry];
   const neighbor::Particles& particles = task.particles;

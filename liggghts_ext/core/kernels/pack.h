@@ -206,13 +206,6 @@ inline Loads<Half> second_of(const Loads<Two<Half>>& loads)
           loads.damping.second};
 }
 
-/// What contacts keep of the work of their loads, `energy::ContactWork`.
-template <class Number, int parts>
-struct Works {
-  Vector3<Number> force, torque;
-  Pack<double, Number::lanes / parts> dissipated[parts];
-};
-
 /// A ball's index times eight. Rows have 32 or 64 bytes: the address of one needs no shift, since
 /// x86-64 multiplies an index by four or eight.
 using Ball = unsigned;

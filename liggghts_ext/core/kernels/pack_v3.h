@@ -199,29 +199,16 @@ inline Velocities<Doubles> velocities(const VelocityRow* row, const Ball* ball)
           columns_of_doubles([&](int k) { return spin[k]; })};
 }
 
-/// The columns of rows of eight numbers.
-struct Eight {
-  Columns<Singles> first, last;
-};
-
-/// Return the columns of the rows of contacts.
-template <class Row>
-inline Eight columns_of_eight(const Row* row, const Ball* ball)
-{
-  const auto two = [&](int k, int from) {
-    const auto one = [&](int lane) {
-      return _mm_load_ps(reinterpret_cast<const float*>(&row_of(row, ball[lane])) + from);
-    };
-    return beside(one(k), one(k + 4));
-  };
-  return {columns_of_singles([&](int k) { return two(k, 0); }),
-          columns_of_singles([&](int k) { return two(k, 4); })};
-}
-
 inline Velocities<Singles> velocities(const SingleVelocityRow* row, const Ball* ball)
 {
-  const Eight columns = columns_of_eight(row, ball);
-  return {columns.first, columns.last};
+  return {columns_of_singles([&](int k) {
+            return beside(_mm_load_ps(row_of(row, ball[k]).velocity),
+                          _mm_load_ps(row_of(row, ball[k + 4]).velocity));
+          }),
+          columns_of_singles([&](int k) {
+            return beside(_mm_load_ps(row_of(row, ball[k]).spin),
+                          _mm_load_ps(row_of(row, ball[k + 4]).spin));
+          })};
 }
 
 /// Store three numbers without a masked store, which is slow on some machines.
@@ -300,12 +287,12 @@ inline void add_loads(SingleForceRow* row, const Ball* i, const Ball* j, int cou
   }
 }
 
-/// Return part k of the numbers in double precision.
-inline Doubles part(Doubles a, int)
+/// Return the k-th `width` of the numbers in double precision.
+inline Doubles in_doubles(Doubles a, int)
 {
   return a;
 }
-inline Doubles part(Singles a, int k)
+inline Doubles in_doubles(Singles a, int k)
 {
   const __m256 all = __m256(a.values);
   return Doubles::of(
@@ -322,73 +309,22 @@ inline Singles as_kept(Singles a)
   return a;
 }
 
-inline Works<Doubles, 1> works(const energy::ContactWork* row, const Ball* index, Doubles)
+/// Return numbers that are kept in single precision.
+inline Doubles from_singles(const float* column, Doubles)
 {
-  const Columns<Doubles> pairs = columns_of_doubles([&](int k) {
-    return _mm256_load_pd(reinterpret_cast<const double*>(&row_of(row, index[k])));
-  });
-  const auto low = [](__m256d a) { return _mm256_castps256_ps128(_mm256_castpd_ps(a)); };
-  const auto high = [](__m256d a) { return _mm256_extractf128_ps(_mm256_castpd_ps(a), 1); };
-  const auto first = [&](Doubles a) {
-    const __m256d pair = __m256d(a.values);
-    return Doubles::of(_mm256_cvtps_pd(_mm_shuffle_ps(low(pair), high(pair), 0x88)));
-  };
-  const auto second = [&](Doubles a) {
-    const __m256d pair = __m256d(a.values);
-    return Doubles::of(_mm256_cvtps_pd(_mm_shuffle_ps(low(pair), high(pair), 0xdd)));
-  };
-  const auto& [x, y, z] = pairs.xyz;
-  return {{first(x), second(x), first(y)}, {second(y), first(z), second(z)}, {pairs.fourth}};
+  return Doubles::of(_mm256_cvtps_pd(_mm_loadu_ps(column)));
 }
-
-inline void store_works(energy::ContactWork* row, const Ball* index, int count,
-                        const Works<Doubles, 1>& works)
+inline Singles from_singles(const float* column, Singles)
 {
-  const auto paired = [](Doubles a, Doubles b) {
-    const __m128 first = _mm256_cvtpd_ps(__m256d(a.values));
-    const __m128 second = _mm256_cvtpd_ps(__m256d(b.values));
-    return Doubles::of(
-        _mm256_castps_pd(beside(_mm_unpacklo_ps(first, second), _mm_unpackhi_ps(first, second))));
-  };
-  const auto &f = works.force, &t = works.torque;
-  store_each(
-      [&](int lane, __m256d numbers) {
-        _mm256_store_pd(reinterpret_cast<double*>(&row_of(row, index[lane])), numbers);
-      },
-      count,
-      Columns<Doubles>{{paired(f.x, f.y), paired(f.z, t.x), paired(t.y, t.z)},
-                       works.dissipated[0]});
+  return Singles::of(_mm256_loadu_ps(column));
 }
-
-inline Works<Singles, 2> works(const energy::ContactWork* row, const Ball* index, Singles)
+inline void store_numbers(float* column, Doubles numbers)
 {
-  const auto [first, last] = columns_of_eight(row, index);
-  const __m256 low = __m256(last.xyz.z.values), high = __m256(last.fourth.values);
-  const __m256 a = _mm256_unpacklo_ps(low, high), b = _mm256_unpackhi_ps(low, high);
-  return {first.xyz,
-          {first.fourth, last.xyz.x, last.xyz.y},
-          {Doubles::of(_mm256_castps_pd(_mm256_permute2f128_ps(a, b, 0x20))),
-           Doubles::of(_mm256_castps_pd(_mm256_permute2f128_ps(a, b, 0x31)))}};
+  _mm_storeu_ps(column, _mm256_cvtpd_ps(__m256d(numbers.values)));
 }
-
-inline void store_works(energy::ContactWork* row, const Ball* index, int count,
-                        const Works<Singles, 2>& works)
+inline void store_numbers(float* column, Singles numbers)
 {
-  const auto m = [](Singles a) { return __m256(a.values); };
-  const auto bits = [&](int k) { return _mm256_castpd_ps(__m256d(works.dissipated[k].values)); };
-  const __m256 a = _mm256_permute2f128_ps(bits(0), bits(1), 0x20);
-  const __m256 b = _mm256_permute2f128_ps(bits(0), bits(1), 0x31);
-  const auto &f = works.force, &t = works.torque;
-  const SingleRows first = transposed({m(f.x), m(f.y), m(f.z), m(t.x)});
-  const SingleRows last =
-      transposed({m(t.y), m(t.z), _mm256_shuffle_ps(a, b, 0x88), _mm256_shuffle_ps(a, b, 0xdd)});
-  const auto store = [&](int lane, __m256 numbers) {
-    if (lane < count) _mm256_store_ps(reinterpret_cast<float*>(&row_of(row, index[lane])), numbers);
-  };
-  for (int k = 0; k < 4; ++k) {
-    store(k, _mm256_permute2f128_ps(first.of[k], last.of[k], 0x20));
-    store(k + 4, _mm256_permute2f128_ps(first.of[k], last.of[k], 0x31));
-  }
+  _mm256_storeu_ps(column, __m256(numbers.values));
 }
 
 /// Return what this rank counts of each pair: 1/2 of one with a ghost, 0 from the lane `count` on.

@@ -181,20 +181,11 @@ inline Velocities<Doubles> velocities(const VelocityRow* row, const Ball* ball)
           columns_of_doubles([&](int k) { return spin[k]; })};
 }
 
-/// The columns of rows of eight numbers.
-struct Eight {
-  Columns<Singles> first, last;
-};
-
-/// Return the columns of the rows of contacts.
-template <class Row>
-inline Eight columns_of_eight(const Row* row, const Ball* ball)
+inline Velocities<Singles> velocities(const SingleVelocityRow* row, const Ball* ball)
 {
-  const auto one = [&](int k) {
-    return _mm256_load_ps(reinterpret_cast<const float*>(&row_of(row, ball[k])));
-  };
   const auto two = [&](int k) {
-    return _mm512_insertf32x8(_mm512_castps256_ps512(one(k)), one(k + 8), 1);
+    return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_load_ps(row_of(row, ball[k]).velocity)),
+                              _mm256_load_ps(row_of(row, ball[k + 8]).velocity), 1);
   };
   const __m512i first = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
   const __m512i last =
@@ -202,12 +193,6 @@ inline Eight columns_of_eight(const Row* row, const Ball* ball)
   return {
       columns_of_singles([&](int k) { return _mm512_permutex2var_ps(two(k), first, two(k + 4)); }),
       columns_of_singles([&](int k) { return _mm512_permutex2var_ps(two(k), last, two(k + 4)); })};
-}
-
-inline Velocities<Singles> velocities(const SingleVelocityRow* row, const Ball* ball)
-{
-  const Eight columns = columns_of_eight(row, ball);
-  return {columns.first, columns.last};
 }
 
 inline void store_three(double* to, __m256d numbers)
@@ -304,12 +289,12 @@ inline void add_loads(SingleForceRow* row, const Ball* i, const Ball* j, int cou
   }
 }
 
-/// Return part k of the numbers in double precision.
-inline Doubles part(Doubles a, int)
+/// Return the k-th `width` of the numbers in double precision.
+inline Doubles in_doubles(Doubles a, int)
 {
   return a;
 }
-inline Doubles part(Singles a, int k)
+inline Doubles in_doubles(Singles a, int k)
 {
   const __m512 all = __m512(a.values);
   return Doubles::of(
@@ -326,83 +311,22 @@ inline Singles as_kept(Singles a)
   return a;
 }
 
-inline Works<Doubles, 1> works(const energy::ContactWork* row, const Ball* index, Doubles)
+/// Return numbers that are kept in single precision.
+inline Doubles from_singles(const float* column, Doubles)
 {
-  const Columns<Doubles> pairs = columns_of_doubles([&](int k) {
-    const auto one = [&](int lane) {
-      return reinterpret_cast<const double*>(&row_of(row, index[lane]));
-    };
-    return two_rows(one(k), one(k + 4));
-  });
-  const auto bits = [](Doubles a) { return _mm512_castpd_si512(__m512d(a.values)); };
-  const auto widened = [](__m512i a) {
-    return Doubles::of(_mm512_cvtps_pd(_mm256_castsi256_ps(_mm512_cvtepi64_epi32(a))));
-  };
-  const auto first = [&](Doubles pair) { return widened(bits(pair)); };
-  const auto second = [&](Doubles pair) { return widened(_mm512_srli_epi64(bits(pair), 32)); };
-  const auto& [x, y, z] = pairs.xyz;
-  return {{first(x), second(x), first(y)}, {second(y), first(z), second(z)}, {pairs.fourth}};
+  return Doubles::of(_mm512_cvtps_pd(_mm256_loadu_ps(column)));
 }
-
-inline void store_works(energy::ContactWork* row, const Ball* index, int count,
-                        const Works<Doubles, 1>& works)
+inline Singles from_singles(const float* column, Singles)
 {
-  const auto paired = [](Doubles a, Doubles b) {
-    const auto narrowed = [](Doubles c) {
-      return _mm512_cvtepu32_epi64(_mm256_castps_si256(_mm512_cvtpd_ps(__m512d(c.values))));
-    };
-    return Doubles::of(
-        _mm512_castsi512_pd(_mm512_or_si512(narrowed(a), _mm512_slli_epi64(narrowed(b), 32))));
-  };
-  const auto &f = works.force, &t = works.torque;
-  store_each(
-      [&](int lane, __m256d numbers) {
-        _mm256_store_pd(reinterpret_cast<double*>(&row_of(row, index[lane])), numbers);
-      },
-      count,
-      Columns<Doubles>{{paired(f.x, f.y), paired(f.z, t.x), paired(t.y, t.z)},
-                       works.dissipated[0]});
+  return Singles::of(_mm512_loadu_ps(column));
 }
-
-inline Works<Singles, 2> works(const energy::ContactWork* row, const Ball* index, Singles)
+inline void store_numbers(float* column, Doubles numbers)
 {
-  const auto [first, last] = columns_of_eight(row, index);
-  const __m512 low = __m512(last.xyz.z.values), high = __m512(last.fourth.values);
-  const auto joined = [&](int begin) {
-    const __m512i order =
-        _mm512_add_epi32(_mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23),
-                         _mm512_set1_epi32(begin));
-    return Doubles::of(_mm512_castps_pd(_mm512_permutex2var_ps(low, order, high)));
-  };
-  return {first.xyz, {first.fourth, last.xyz.x, last.xyz.y}, {joined(0), joined(8)}};
+  _mm256_storeu_ps(column, _mm512_cvtpd_ps(__m512d(numbers.values)));
 }
-
-inline void store_works(energy::ContactWork* row, const Ball* index, int count,
-                        const Works<Singles, 2>& works)
+inline void store_numbers(float* column, Singles numbers)
 {
-  const auto m = [](Singles a) { return __m512(a.values); };
-  const auto halves = [&](int begin) {
-    const __m512i order = _mm512_add_epi32(
-        _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30),
-        _mm512_set1_epi32(begin));
-    const auto bits = [&](int k) { return _mm512_castpd_ps(__m512d(works.dissipated[k].values)); };
-    return _mm512_permutex2var_ps(bits(0), order, bits(1));
-  };
-  const auto &f = works.force, &t = works.torque;
-  const SingleRows first = transposed({m(f.x), m(f.y), m(f.z), m(t.x)});
-  const SingleRows last = transposed({m(t.y), m(t.z), halves(0), halves(1)});
-  const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 4, 5, 6, 7, 20, 21, 22, 23);
-  const __m512i high =
-      _mm512_setr_epi32(8, 9, 10, 11, 24, 25, 26, 27, 12, 13, 14, 15, 28, 29, 30, 31);
-  const auto store = [&](int lane, __m256 numbers) {
-    if (lane < count) _mm256_store_ps(reinterpret_cast<float*>(&row_of(row, index[lane])), numbers);
-  };
-  for (int half = 0; half < 2; ++half)
-    for (int k = 0; k < 4; ++k) {
-      const __m512 rows = _mm512_permutex2var_ps(first.of[k], half ? high : low, last.of[k]);
-      store(8 * half + k, _mm512_castps512_ps256(rows));
-      store(8 * half + 4 + k, _mm512_extractf32x8_ps(rows, 1));
-    }
+  _mm512_storeu_ps(column, __m512(numbers.values));
 }
 
 /// Return what this rank counts of each pair: 1/2 of one with a ghost, 0 from the lane `count` on.

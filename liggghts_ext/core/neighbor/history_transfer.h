@@ -32,21 +32,32 @@ inline energy::CarriedWork work_on(const Remembered& known, double sign)
 /// Set what a contact remembers. sign: -1 if it is known on j.
 inline void remember(PairList& list, int entry, const Remembered& known, double sign)
 {
-  list.touching[entry] = 1;
   for (int d = 0; d < 3; ++d)
     list.displacement[3 * static_cast<std::size_t>(entry) + d] = sign * known.displacement[d];
-  if (!list.records_work) return;
-  const energy::CarriedWork carried = work_on(known, sign);
-  list.work[entry] = carried.work;
-  list.available[entry] = carried.available;
+  if (list.records_work) list.carried.push_back(work_on(known, sign));
+  list.touching[entry] = list.records_work ? static_cast<int>(list.carried.size()) : 1;
 }
 
-/// Return what the contact of an entry remembers.
-inline Remembered remembered(const PairList& list, int entry)
+/// Bring the work that has been carried to a new list into the order of the list.
+inline void order_work(PairList& list)
+{
+  if (!list.records_work) return;
+  const energy::WorkColumns work = list.work.columns();
+  for_each_contact(list, [&](int entry, int number) {
+    const energy::CarriedWork& carried = list.carried[list.touching[entry] - 1];
+    work.set(number, carried.work);
+    list.available[entry] = carried.available;
+    list.touching[entry] = 1;
+  });
+  list.carried.clear();
+}
+
+/// Return what the contact of an entry remembers, by its number in the list.
+inline Remembered remembered(const PairList& list, int entry, int number)
 {
   Remembered known{&list.displacement[3 * static_cast<std::size_t>(entry)]};
-  if (list.records_work && !list.work.empty())
-    known.carried = {list.work[entry], list.available[entry]};
+  if (list.records_work && !list.available.empty())
+    known.carried = {list.work.get(number), list.available[entry]};
   return known;
 }
 
@@ -126,6 +137,7 @@ inline void transfer_history(const PairList& old, const Tags& old_tags,
 {
   constexpr int block = 256;
   int touching[block];  // entries
+  int before = 0;       // contacts
   for (int first = 0; first < old.entries; first += block) {
     int count = 0;
     for (int entry = first; entry < std::min(first + block, old.entries); ++entry) {
@@ -136,13 +148,14 @@ inline void transfer_history(const PairList& old, const Tags& old_tags,
       const int entry = touching[k];
       const int a = old.own[entry], b = old.other[entry];
       const int i = new_index[a], j = b < old.nlocal() ? new_index[b] : absent;
-      const Remembered known = remembered(old, entry);
+      const Remembered known = remembered(old, entry, before + k);
       if (i != absent && j != absent && detail::restore_local(list, particles, i, j, known))
         continue;
       if (i != absent && restore_history(list, particles, tags, i, old_tags[b], known, 1.0))
         continue;
       if (j != absent) restore_history(list, particles, tags, j, old_tags[a], known, -1.0);
     }
+    before += count;
   }
 }
 
@@ -152,13 +165,14 @@ template <class Visit>
 void for_each_history_of(const std::vector<char>& marked, const PairList& list, const Tags& tags,
                          const Visit& visit)
 {
-  for (int entry = 0; entry < list.entries; ++entry) {
-    if (!list.touching[entry]) continue;
+  for_each_contact(list, [&](int entry, int number) {
     const int a = list.own[entry], b = list.other[entry];
-    const Remembered known = remembered(list, entry);
+    const bool of_b = b < list.nlocal() && marked[b];
+    if (!marked[a] && !of_b) return;
+    const Remembered known = remembered(list, entry, number);
     if (marked[a]) visit(a, tags[b], known, 1.0);
-    if (b < list.nlocal() && marked[b]) visit(b, tags[a], known, -1.0);
-  }
+    if (of_b) visit(b, tags[a], known, -1.0);
+  });
 }
 
 }  // namespace millscale::neighbor

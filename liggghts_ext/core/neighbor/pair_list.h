@@ -23,8 +23,11 @@ struct PairList {
   std::vector<double> displacement;  ///< tangential displacement on i, three per entry, of pairs in
                                      ///< contact [m]; anything else of others
   bool records_work = false;         ///< the work of contacts is recorded
-  std::vector<energy::ContactWork> work;  ///< of pairs in contact, if recorded
+  energy::WorkStore work;            ///< of pairs in contact, in the order of the list, if recorded
+  energy::WorkStore next_work;       ///< for that of the next step
   std::vector<double> available;  ///< energy of the approach [J], of pairs in contact, if recorded
+
+  std::vector<energy::CarriedWork> carried;  ///< to a new list, before it is ordered
 
   int nlocal() const { return static_cast<int>(first.size()); }
 
@@ -36,11 +39,21 @@ struct PairList {
       other.resize(count + count / 4);
       displacement.resize(3 * other.size());
     }
-    if (!records_work || work.size() >= other.size()) return;
-    work.resize(other.size());
-    available.resize(other.size());
+    if (!records_work) return;
+    work.reserve(other.size());
+    next_work.reserve(other.size());
+    if (available.size() < other.size()) available.resize(other.size());
   }
 };
+
+/// Call visit(entry, number) for each contact, numbered in the order of the list.
+template <class Visit>
+inline void for_each_contact(const PairList& list, const Visit& visit)
+{
+  int number = 0;
+  for (int entry = 0; entry < list.entries; ++entry)
+    if (list.touching[entry]) visit(entry, number++);
+}
 
 /// Build the list of the pairs whose surfaces are within the sum of both skins [m], without
 /// contacts and histories.

@@ -110,18 +110,18 @@ energy::WorkRecord* FixMillImpacts::begin_balls(millscale::neighbor::PairList& l
 {
   list_ = &list;
   laws_ = laws;
-  if (!moves && forces_carried_) return nullptr;
   if (static_cast<int>(ended_.size()) < list.entries) ended_.resize(list.entries);
-  record_ = {list.work.data(), list.available.data(), ended_.data(), 0,
+  record_ = {list.work.columns(), list.next_work.columns(), list.available.data(), ended_.data(),
              moves ? 0.5 * update->dt : 0.0};
   return &record_;
 }
 
 void FixMillImpacts::end_balls()
 {
-  for (const energy::Cause cause :
-       {energy::by_normal_damping, energy::by_tangential_force, energy::by_rolling})
-    sums_.totals[energy::ball_ball].work += record_.total(cause);
+  // After a restart the loads at set-up are those of the file, of the same contacts.
+  const bool carried = record_.half_step == 0.0 && forces_carried_;
+  if (!carried || record_.count > 0 || record_.begun > 0) std::swap(list_->work, list_->next_work);
+  sums_.totals[energy::ball_ball].work += record_.total();
   for (int k = 0; k < record_.count; ++k) {
     const energy::EndedContact& contact = ended_[k];
     end_contact(energy::ball_ball, classes_.of_balls(atom->type[contact.i], atom->type[contact.j]),
@@ -150,6 +150,25 @@ void FixMillImpacts::record_wall(int i, const OnWall& on)
   const auto power = [&](const energy::WallContactWork& work) {
     return dot(work.force, on.velocity) + dot(work.torque, on.spin) - work.wall_power;
   };
+  const auto update_work = [&](energy::WallContactWork& work, int k, bool continues) {
+    double done = -half_step * power(work);
+    for (int d = 0; d < 3; ++d) {
+      work.force[d] = on.batch.loads[d][k];
+      work.torque[d] = on.batch.torque[d][k];
+    }
+    work.wall_power = on.batch.wall_power[k];
+    done -= half_step * power(work);
+    if (!continues) work.available = on.dt > 0.0 ? on.batch.approach[k] : 0.0;
+    work.stored = on.batch.stored[k];
+    work.dissipated += done;
+    work.open = 1.0;
+    totals.work += done;
+  };
+  const bool only_one = on.slots_before == 1 && on.end - on.begin == 1;
+  if (only_one && !keeps && on.slot_before[on.begin] == 0 && on.batch.overlap[on.begin] > 0.0 &&
+      wall_slot(i, 0)->open != 0.0)
+    return update_work(*wall_slot(i, 0), on.begin,
+                       true);  // as most are; what follows gives the same
   energy::WallContactWork before[wall_slots];
   int were = 0;
   while (were < on.slots_before && wall_slot(i, were)->open != 0.0) {
@@ -167,19 +186,7 @@ void FixMillImpacts::record_wall(int i, const OnWall& on)
       work = before[slot];
       before[slot].open = 0.0;
     }
-    if (keeps) continue;
-    double done = -half_step * power(work);
-    for (int d = 0; d < 3; ++d) {
-      work.force[d] = on.batch.loads[d][k];
-      work.torque[d] = on.batch.torque[d][k];
-    }
-    work.wall_power = on.batch.wall_power[k];
-    done -= half_step * power(work);
-    if (!continues) work.available = on.dt > 0.0 ? on.batch.approach[k] : 0.0;
-    work.stored = on.batch.stored[k];
-    work.dissipated += done;
-    work.open = 1.0;
-    totals.work += done;
+    if (!keeps) update_work(work, k, continues);
   }
   for (int s = 0; s < were; ++s) {
     if (s >= count) wall_slot(i, s)->open = 0.0;
@@ -197,12 +204,11 @@ double FixMillImpacts::share_of(int entry) const
   return list_->other[entry] < atom->nlocal ? 1.0 : 0.5;
 }
 
-/// Call visit(entry) for each contact of balls.
+/// Call visit(entry, number) for each contact of balls.
 template <class Visit>
 void FixMillImpacts::for_each_open(const Visit& visit) const
 {
-  for (int entry = 0; list_ && entry < list_->entries; ++entry)
-    if (list_->touching[entry]) visit(entry);
+  if (list_) millscale::neighbor::for_each_contact(*list_, visit);
 }
 
 /// Return what the tangential spring of the contact of an entry stores [J].
@@ -225,8 +231,8 @@ FixMillImpacts::Open FixMillImpacts::open_contacts() const
     open.dissipated[p] += share * (dissipated - stored);
     open.stored[p] += share * stored;
   };
-  for_each_open([&](int entry) {
-    add(energy::ball_ball, list_->work[entry].dissipated, stored(entry), share_of(entry));
+  for_each_open([&](int entry, int number) {
+    add(energy::ball_ball, list_->work.get(number).dissipated, stored(entry), share_of(entry));
   });
   for (int i = 0; i < atom->nlocal; ++i)
     for (int s = 0; s < wall_slots && wall_slot(i, s)->open != 0.0; ++s)
@@ -247,9 +253,9 @@ FixMillImpacts::Pairings FixMillImpacts::half_kick() const
     return by_mass * dot(force, atom->f[i]) + by_inertia * dot(torque, atom->torque[i]);
   };
   Pairings sum{};
-  for_each_open([&](int entry) {
+  for_each_open([&](int entry, int number) {
     const int i = list_->own[entry], j = list_->other[entry];
-    const energy::ContactWork& work = list_->work[entry];
+    const energy::ContactWork work = list_->work.get(number);
     const auto separation = millscale::vector3(atom->x[i]) - millscale::vector3(atom->x[j]);
     const auto add = [&](int ball, const energy::LoadOnBall& load) {
       sum[energy::ball_ball] += power(ball, millscale::to_array(load.force).data(),
@@ -271,8 +277,8 @@ FixMillImpacts::Pairings FixMillImpacts::half_kick() const
 void FixMillImpacts::begin()
 {
   window_.begun = 1.0;
-  for_each_open([&](int entry) {
-    const double energy = list_->work[entry].dissipated = stored(entry);
+  for_each_open([&](int entry, int number) {
+    const double energy = list_->work.columns().dissipated[number] = stored(entry);
     sums_.totals[energy::ball_ball].work += share_of(entry) * energy;
   });
   for (int i = 0; i < atom->nlocal; ++i)

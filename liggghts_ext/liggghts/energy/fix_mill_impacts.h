@@ -52,8 +52,8 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
   int size_restart(int) override;
   int maxsize_restart() override;
 
-  /// Return where the kernel records the contacts of the list at this step; null if it shall not,
-  /// after a restart. laws: of the contacts, beyond the step. moves: false at set-up.
+  /// Return where the kernel records the contacts of the list at this step. laws: of the contacts,
+  /// beyond the step. moves: false at set-up.
   millscale::energy::WorkRecord* begin_balls(millscale::neighbor::PairList&,
                                              const millscale::kernels::Laws& laws, bool moves);
   /// Add what the kernel recorded to the sums.
@@ -71,6 +71,12 @@ class FixMillImpacts : public FixPerBallRows, public EndsSteps {
   /// Record the contacts of ball i. They get slots in ascending order, without those that do not
   /// overlap.
   void record_wall(int i, const OnWall&);
+  /// Prefetch what the contacts of ball i with the wall keep.
+  void prefetch_wall(int i) const
+  {
+    __builtin_prefetch(row(i), 1);
+    __builtin_prefetch(row(i) + 8, 1);
+  }
 
   // The contacts of balls that leave their rank, in the order of the engine's histories.
 

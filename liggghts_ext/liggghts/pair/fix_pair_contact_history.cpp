@@ -124,7 +124,7 @@ void FixPairContactHistory::record_work(FixMillImpacts* impacts)
   for (neighbor::PairList* list : {&list_, &old_list_}) {
     list->records_work = impacts != nullptr;
     if (impacts) continue;
-    list->work = {};
+    list->work = list->next_work = {};
     list->available = {};
   }
 }
@@ -155,6 +155,7 @@ void FixPairContactHistory::take_over_history(const neighbor::Particles& particl
           {&contacthistory_[i][dnum_ * k],
            impacts_ ? impacts_->kept(i, k) : millscale::energy::CarriedWork{}},
           1.0);
+  neighbor::order_work(list_);
   in_use_ = true;
   tag_.assign(atom->tag, atom->tag + particles.total());
   std::iota(index_in_list_.begin(), index_in_list_.begin() + particles.nlocal, 0);

@@ -302,6 +302,7 @@ void FixWallMill::fetch_ahead(int b) const
     __builtin_prefetch(task_.balls.velocity[i]);
     __builtin_prefetch(task_.balls.spin[i]);
     __builtin_prefetch(row(i), 1);
+    if (impacts_) impacts_->prefetch_wall(i);
   }
 }
 

@@ -36,9 +36,9 @@ GROWTH = {"fast": 0.27, "default": 0.17}
 # The same with an account of the energy over that without: the mill of S = 2.6, a radian in 50 s
 # where a rotation of 8 took 126 s. Settling keeps none and is predicted too long.
 LEDGER = 3.2
-# The same with spectra of impacts: 13,370 balls of S = 2.6, 1.8 in both precisions by processor
-# time beside other work, which is no benchmark.
-IMPACTS = 1.8
+# The same with spectra of impacts: 13,370 balls of S = 2.6, 1.3 to 1.5 in both precisions by
+# processor time beside other work, which is no benchmark.
+IMPACTS = 1.4
 # Work on a ghost ball over that on an own one: at 2.3 ball diameters a slab a step takes 1.6 times
 # as long per ball as at 9.6 (quick.toml on two ranks, the scene above on one).
 GHOST_SHARE = 0.85

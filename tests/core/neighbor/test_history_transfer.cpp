@@ -137,6 +137,53 @@ TEST(HistoryTransfer, HistoriesFollowTheirBallsWhateverTheirOrder)
   }
 }
 
+/// Return a number of a pair of tags in either order.
+double number_of(int a, int b)
+{
+  return 1e4 * std::min(a, b) + std::max(a, b);
+}
+
+TEST(HistoryTransfer, TheWorkOfAContactFollowsItsDisplacement)
+{
+  using namespace millscale::energy;
+  Rank old = dense_rank();
+  old.list.records_work = true;
+  old.list.reserve(old.list.other.size());
+  for_each_contact(old.list, [&](int entry, int number) {
+    ContactWork work{};
+    for (int d = 0; d < 3; ++d) {
+      work.force[d] = static_cast<float>(old.history(entry)[d]);
+      work.torque[d] = 2.0f * work.force[d];
+    }
+    work.dissipated = number_of(old.tag[old.list.own[entry]], old.tag[old.list.other[entry]]);
+    old.list.work.columns().set(number, work);
+    old.list.available[entry] = 0.5 * work.dissipated;
+  });
+  std::vector<int> order = shuffled(220, 23), ghosts = shuffled(80, 24);
+  for (const int ghost : ghosts) order.push_back(220 + ghost);
+  Rank rank = reordered(old, order, 220);
+  rank.list.records_work = true;
+  rank.make_list();
+  transfer_history(old.list, old.tag, now(old, order, 220), rank.list, rank.cloud.view(),
+                   rank.tag.data());
+  order_work(rank.list);
+  int contacts = 0;
+  for_each_contact(rank.list, [&](int entry, int number) {
+    ++contacts;
+    EXPECT_EQ(rank.list.touching[entry], 1);
+    const ContactWork work = rank.list.work.get(number);
+    for (int d = 0; d < 3; ++d) {
+      EXPECT_EQ(work.force[d], static_cast<float>(rank.history(entry)[d]));
+      EXPECT_EQ(work.torque[d], 2.0f * work.force[d]);
+    }
+    const double expected =
+        number_of(rank.tag[rank.list.own[entry]], rank.tag[rank.list.other[entry]]);
+    EXPECT_EQ(work.dissipated, expected);
+    EXPECT_EQ(rank.list.available[entry], 0.5 * expected);
+  });
+  EXPECT_GT(contacts, 400);
+}
+
 TEST(HistoryTransfer, ABallThatHasLeftIsAGhostOfItsContacts)
 {
   Rank old = dense_rank();
