@@ -51,6 +51,8 @@ def test_rms_and_change_of_sign_of_a_line():
     assert line.rms_from(Profile(y, line.velocity + np.array([0.1, -0.1, 0.1, 0.1]))) == (
         pytest.approx(0.1)
     )
+    deep = line.rms_from(Profile(y, line.velocity + np.array([0.1, 0.5, 0.5, 0.1])), 0.06)
+    assert deep == pytest.approx(0.1)
     gap = Profile(y, np.array([np.nan, 0.5, np.nan, -0.5]))
     assert gap.zero() == pytest.approx(0.05)
     assert gap.rms_from(Profile(y, np.full(4, 0.5))) == pytest.approx(math.sqrt(0.5))

@@ -48,10 +48,14 @@ class Profile:
     distance: np.ndarray
     velocity: np.ndarray
 
-    def rms_from(self, measured: Profile) -> float | None:
-        """Return the root mean square difference from velocities at the same distances [m/s]."""
+    def rms_from(self, measured: Profile, deeper: float = 0.0) -> float | None:
+        """Return the root mean square difference from velocities at the same distances [m/s].
+
+        Args:
+            deeper: only points that are farther below the axis [m].
+        """
         difference = self.velocity - measured.velocity
-        known = np.isfinite(difference)
+        known = np.isfinite(difference) & (self.distance < -deeper)
         return float(np.sqrt(np.mean(difference[known] ** 2))) if known.any() else None
 
     def over_rigid(self, omega: float) -> float | None:
