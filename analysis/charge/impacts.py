@@ -153,16 +153,21 @@ def rebinned(
 
 
 def summed_bins(
-    result: ImpactsResult, pairing: str | None, quantity: str = "dissipated"
+    result: ImpactsResult, pairing: str | None, quantity: str = "dissipated", on_liner: float = 1.0
 ) -> EnergyBins:
-    """Return the bins of a pairing, or of all for None, summed over the classes of balls."""
+    """Return the bins of a pairing, or of all for None, summed over the classes of balls.
+
+    Args:
+        on_liner: factor of the contacts with the liner.
+    """
     rows: dict[tuple[float, float], np.ndarray] = {}
     for one in result.classes:
         if pairing is not None and one.pairing != pairing:
             continue
         bins: EnergyBins = getattr(one, quantity)
+        factor = on_liner if one.pairing == "ball_wall" else 1.0
         for low, high, *values in bins.rows():
-            rows[low, high] = rows.get((low, high), np.zeros(2)) + values
+            rows[low, high] = rows.get((low, high), np.zeros(2)) + factor * np.array(values)
     kept = sorted(rows)
     return EnergyBins(
         tuple(low for low, _ in kept),
@@ -179,7 +184,7 @@ class Decade:
     Attributes:
         low: lower edge, energy over m (omega R)^2.
         ratio: energy per ball and revolution over that of the reference, both over
-            m (omega R)^2; None with too few contacts.
+            m (omega R)^2, on the liner per area of it; None with too few contacts.
         tolerance: of the ratio's difference from 1.
         share: of this decade in the reference's energy.
     """
@@ -239,6 +244,8 @@ def _collapse(charge: Charge, reference: Sequence[Charge], pairing: str, quantit
     energy, contacts = by_decade(charge, pairing, quantity)
     pairs = [by_decade(one, pairing, quantity) for one in reference]
     expected = np.mean([x[0] for x in pairs], axis=0)
+    if pairing == "ball_wall":  # A mill of ratio S has S times as much liner for each ball.
+        energy, expected = energy / charge.S, expected / reference[0].S
     counted = np.sum([x[1] for x in pairs], axis=0)
     whole = float(expected.sum())
     decades = []

@@ -2,7 +2,8 @@
 
 No ore is simulated, so no run can verify these numbers. Impacts of a scaled mill become those of
 the physical mill by the similarity law: energies as m (omega R)^2, impacts per second as N omega,
-with the N balls of the whole mill. Models, sources and limits: docs/theory/breakage.md.
+with the N balls of the whole mill, and those on the liner as the area of the liner times omega.
+Models, sources and limits: docs/theory/breakage.md.
 """
 
 from __future__ import annotations
@@ -124,7 +125,7 @@ class MillBreakage:
 
     Attributes:
         energy_factor, rate_factor: physical over simulated, of an impact's energy and of impacts
-            per second.
+            of balls on balls per second.
         power: of the chosen energy in all impacts, by pairing, physical mill [W].
         other_power: of the energy that was not chosen [W].
         drive_power: of the physical mill [W].
@@ -177,7 +178,8 @@ def back_scaling(case: Case) -> tuple[float, float]:
     """Return energy of an impact and impacts per second, physical over simulated.
 
     Both mills have the same balls, so energies scale as (omega R)^2. The simulated slice is a part
-    of the length, so impacts per second scale as N omega.
+    of the length, so impacts of balls on balls scale as N omega. Those on the liner scale as its
+    area times omega, 1 / S of that: the scaled mill has S times as much liner for each ball.
     """
     mill = physical_mill(case, balls_per_length(case))
     energy = case.ball.mass_kg * (mill.omega * mill.radius) ** 2 / energy_unit(case)
@@ -194,7 +196,7 @@ def physical_spectrum(charge: Charge, energy: str, pairing: str | None = None) -
     """
     result = charge.result.impacts
     assert result is not None
-    bins = summed_bins(result, pairing, energy)
+    bins = summed_bins(result, pairing, energy, on_liner=1.0 / charge.S)
     if not bins.contacts_per_s:
         nothing = np.zeros(1)
         return Spectrum(result.energy_unit_J * np.array([1.0, 10.0]), nothing, nothing)

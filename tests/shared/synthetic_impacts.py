@@ -19,6 +19,7 @@ def write_spectra(
     strong: float = 1.0,
     classes: int = 1,
     all_contacts: float = 1.0,
+    on_liner: float = 1.0,
 ) -> Path:
     """Write the spectra of one revolution, in proportion to its duration.
 
@@ -26,6 +27,7 @@ def write_spectra(
         contacts: of each pair of classes, with 2e-4 and with 2e-3 of m (omega R)^2.
         strong: factor of the number of those with 2e-3.
         all_contacts: factor of the energy of all contacts.
+        on_liner: factor of the number of those with the liner.
     """
     unit = energy_unit(typed(case))
     omega = case["mill"]["omega_rad_s"]
@@ -37,7 +39,7 @@ def write_spectra(
     for pairing, a, b in pairs:
         for quantity in ("dissipated", "available"):
             for energy, factor in ((2e-4, 1.0), (2e-3, strong)):
-                count = contacts * scale * factor
+                count = contacts * scale * factor * (1.0 if b else on_liner)
                 low, high = (10.0 ** (math.log10(energy) + d) * unit for d in (-0.05, 0.05))
                 joule = count * energy * unit
                 rows.append(

@@ -29,7 +29,8 @@ def mills(tmp_path_factory):
         case = charge_case(S, seed)
         case["deck"]["impacts"] = "on"
         folder = write_case(runs, case, columns_of(case))
-        write_spectra(folder, case, CONTACTS * case["ball"]["count"], strong)
+        # A scaled mill has S times as much liner for each ball.
+        write_spectra(folder, case, CONTACTS * case["ball"]["count"], strong, on_liner=S)
         finish_case(folder)
         names.append(folder.name)
     write_campaign(runs, names)
