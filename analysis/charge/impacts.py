@@ -26,6 +26,7 @@ from millscale.runs.case_file import Case
 from millscale.runs.untrusted import MOST_SERIES, RunFolderError, read_text
 
 SPECTRA = "impact_spectra.csv"
+NAMES = dict(zip(PAIRINGS, ("ball on ball", "ball on liner"), strict=True))
 # Decades of the energy over m (omega R)^2.
 LOWEST, HIGHEST = -12, 2
 # Contacts of a decade that are too few to compare.
@@ -152,20 +153,26 @@ def rebinned(
     return np.maximum(common, 0.0) / (high - low) @ np.array(values)
 
 
+def bodies_per_ball(pairing: str, S: float) -> float:
+    """Return what each ball of a mill can strike, over that at S = 1: balls are not scaled, so a
+    mill that is filled alike has S times as much liner for each ball."""
+    return S if pairing == "ball_wall" else 1.0
+
+
 def summed_bins(
-    result: ImpactsResult, pairing: str | None, quantity: str = "dissipated", on_liner: float = 1.0
+    result: ImpactsResult, pairing: str | None, quantity: str = "dissipated", S: float = 1.0
 ) -> EnergyBins:
     """Return the bins of a pairing, or of all for None, summed over the classes of balls.
 
     Args:
-        on_liner: factor of the contacts with the liner.
+        S: of the mill, to divide contacts by `bodies_per_ball`.
     """
     rows: dict[tuple[float, float], np.ndarray] = {}
     for one in result.classes:
         if pairing is not None and one.pairing != pairing:
             continue
         bins: EnergyBins = getattr(one, quantity)
-        factor = on_liner if one.pairing == "ball_wall" else 1.0
+        factor = 1.0 / bodies_per_ball(one.pairing, S)
         for low, high, *values in bins.rows():
             rows[low, high] = rows.get((low, high), np.zeros(2)) + factor * np.array(values)
     kept = sorted(rows)
@@ -244,8 +251,8 @@ def _collapse(charge: Charge, reference: Sequence[Charge], pairing: str, quantit
     energy, contacts = by_decade(charge, pairing, quantity)
     pairs = [by_decade(one, pairing, quantity) for one in reference]
     expected = np.mean([x[0] for x in pairs], axis=0)
-    if pairing == "ball_wall":  # A mill of ratio S has S times as much liner for each ball.
-        energy, expected = energy / charge.S, expected / reference[0].S
+    energy = energy / bodies_per_ball(pairing, charge.S)
+    expected = expected / bodies_per_ball(pairing, reference[0].S)
     counted = np.sum([x[1] for x in pairs], axis=0)
     whole = float(expected.sum())
     decades = []

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from millscale.analysis.charge.impacts import (
+    NAMES,
     Collapse,
     collapses,
     energy_unit,
@@ -53,7 +54,6 @@ DECADES = (-15, 6)
 # Shares below it are warned of.
 ALIKE = 0.5
 SAME_S = 1e-6
-NAMES = {"ball_ball": "ball on ball", "ball_wall": "ball on liner"}
 POST_PROCESSING = (
     "Post-processing: the simulation has balls and no ore, so it cannot verify these numbers. "
     "Balls strike one another with nothing between them; ore would damp impacts and share them."
@@ -196,7 +196,7 @@ def physical_spectrum(charge: Charge, energy: str, pairing: str | None = None) -
     """
     result = charge.result.impacts
     assert result is not None
-    bins = summed_bins(result, pairing, energy, on_liner=1.0 / charge.S)
+    bins = summed_bins(result, pairing, energy, charge.S)
     if not bins.contacts_per_s:
         nothing = np.zeros(1)
         return Spectrum(result.energy_unit_J * np.array([1.0, 10.0]), nothing, nothing)

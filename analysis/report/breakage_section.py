@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from millscale.analysis.charge.impacts import NAMES
 from millscale.analysis.finished import Charge
 from millscale.analysis.ore.breakage import (
     MINUTE,
-    NAMES,
     POST_PROCESSING,
     Breakage,
     MillBreakage,

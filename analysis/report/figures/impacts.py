@@ -9,14 +9,13 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from millscale.analysis.charge.impacts import summed_bins
+from millscale.analysis.charge.impacts import NAMES, summed_bins
 from millscale.analysis.finished import Charge
 from millscale.analysis.result_file import PAIRINGS, ContactClass, ImpactsResult
 from millscale.report.figures.style import STYLE, colour_of_S
 
 # Down to this share of the largest bin.
 SHOWN = 1e-5
-_NAMES = dict(zip(PAIRINGS, ("ball on ball", "ball on liner"), strict=True))
 _LINES = dict(zip(("dissipated", "available"), ("-", ":"), strict=True))
 
 
@@ -48,7 +47,7 @@ def _spectra(axes: Axes, result: ImpactsResult, pairing: str, tonnes: float) -> 
             largest = max(largest, float(power.max()))
             name = quantity if len(classes) == 1 else f"{_class_name(one)}, {quantity}"
             axes.plot(middle, power, line, drawstyle="steps-mid", color=f"C{k}", label=name)
-    axes.set_title(_NAMES[pairing])
+    axes.set_title(NAMES[pairing])
     axes.set(xscale="log", yscale="log")
     axes.set_xlabel("energy of a contact [J]")
     axes.set_ylabel("power per decade and tonne of balls [W/t]")
@@ -96,7 +95,7 @@ def collapse_figure(charges: Sequence[Charge]) -> Figure:
                 named.add(charge.S)
                 axes.plot(middle, energy, drawstyle="steps-mid",
                           color=colour_of_S(charge.S), label=label)  # fmt: skip
-            axes.set_title(_NAMES[pairing])
+            axes.set_title(NAMES[pairing])
             axes.set(xscale="log", yscale="log")
             axes.set_xlabel(r"dissipated by a contact over $m\,(\omega R)^2$")
             axes.set_ylabel(r"sum over $m\,(\omega R)^2$, per decade, ball and revolution")
