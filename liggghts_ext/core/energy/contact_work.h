@@ -67,7 +67,6 @@ inline LoadOnBall load_on_i(const ContactWork& work, const Vector3<double>& sepa
 template <class Number>
 struct Powers {
   Number of_force, of_torque;
-  Number normal;  ///< part of `of_force`
 };
 
 /// Return 1 / sqrt(r2) from a guess whose square differs by a small part.
@@ -99,9 +98,7 @@ template <class Number>
   const Vector3<Number> turning = pair.spin_i - pair.spin_j;
   const Vector3<Number> spin = add_scaled(half * (pair.spin_i + pair.spin_j), share, turning);
   const Vector3<Number> velocity = pair.velocity - cross(spin, separation);
-  const Number along = dot(force, separation), apart = dot(pair.velocity, separation);
-  return {dot(force, velocity), dot(torque, turning),
-          Number(along * apart) * Number(inverse * inverse)};
+  return {dot(force, velocity), dot(torque, turning)};
 }
 
 /// Return the powers of loads at this step.
@@ -112,8 +109,7 @@ template <class Number>
 {
   const Vector3<Number> spin = add_scaled(c.lever_i * c.spin_i, c.lever_j, c.spin_j);
   const Vector3<Number> velocity = c.velocity - cross(spin, c.normal);
-  return {dot(force, velocity), dot(torque, c.spin_i - c.spin_j),
-          dot(force, c.normal) * dot(c.velocity, c.normal)};
+  return {dot(force, velocity), dot(torque, c.spin_i - c.spin_j)};
 }
 
 /// What the contacts of a list keep, in columns in the order of the list, without pairs that are
